@@ -1,0 +1,78 @@
+// A density level: the survey reduced to a target count and turned into metaballs.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "metaball/cloud.h"
+#include "metaball/control.h"
+#include "reconstruction/survey.h"
+
+namespace sherd {
+
+struct LevelOptions {
+  std::uint64_t target_count = 0;  // > 0; more than there are points: every point, and said so
+  bool remove_outliers = true;
+  double radius_factor = 0.0;  // radius = factor * local spacing; 0: the default (see level.cc)
+  double threshold = 0.0;      // 0: the default
+  int max_photos_per_metaball = 8;
+};
+
+struct LevelStats {
+  std::uint64_t source_points = 0;  // before preparation
+  std::uint64_t outliers = 0;       // removed
+  std::uint64_t target_count = 0;
+  std::uint64_t count = 0;  // metaballs
+  double spacing = 0.0;     // median local spacing, world units
+  double radius_min = 0.0, radius_median = 0.0, radius_max = 0.0;  // world units
+  double threshold = 0.7;
+  // Share of the metaballs whose surroundings are too sparse for the surface to close (the local
+  // spacing is far above the level's own): where holes are to be expected.
+  double open_share = 0.0;
+  double seconds = 0.0;
+  std::uint64_t cloud_bytes = 0;
+};
+
+struct Level {
+  std::string name;  // "63k"
+  Cloud cloud;
+  LevelStats stats;
+  std::vector<Vec3f> normal;  // one a metaball, world axes; or empty
+  // The photographs that see metaball i best, best first (as SurveyPoints::photo_begin, photo_idx).
+  std::vector<std::uint32_t> photo_begin;
+  std::vector<std::uint16_t> photo_idx;
+};
+
+// "63k" -> 63000, "1.5M" -> 1500000, "500" -> 500. Throws InputError for anything else.
+std::uint64_t ParseCount(const std::string& text);
+// 63000 -> "63k", 1500000 -> "1.5M", 62500 -> "62.5k"; exact: ParseCount gives the number back.
+std::string FormatCount(std::uint64_t count);
+
+// What all levels of a survey share: made once, used for each target.
+struct PreparedPoints {
+  SurveyPoints points;         // outliers removed, normals filled in
+  std::vector<float> spacing;  // local spacing of each point, world units
+  std::uint64_t source_points = 0;
+  std::uint64_t outliers = 0;
+};
+
+// Outlier removal (PCL), local spacing from the nearest neighbours, normals where missing
+// (oriented towards the photographs that see the point). Throws InputError for a survey without
+// points, ResourceError, Cancelled.
+PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers,
+                             const Control& control = {});
+
+// The count reached is within 1 % of the target (or all points when there are fewer).
+// Deterministic: the same points give the same level on every machine and for any number of
+// threads.
+Level BuildLevel(const PreparedPoints& points, const Survey& survey, const LevelOptions& options,
+                 const Control& control = {});
+
+// Radii for metaballs that came without: the same rule as BuildLevel's. positions in world units;
+// returns one radius each. `spacing`, when given, receives the local spacing.
+std::vector<double> RadiiFromSpacing(const std::vector<Vec3d>& positions,
+                                     double radius_factor = 0.0,
+                                     std::vector<double>* spacing = nullptr);
+
+}  // namespace sherd

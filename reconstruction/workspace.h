@@ -1,0 +1,86 @@
+// What a dropped folder or file holds, found before anything is loaded. Looks at any level: a
+// project folder, sparse/, sparse/0, dense/, a photo folder, a single .ply, .bin or .txt.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "metaball/control.h"
+#include "reconstruction/survey.h"
+
+namespace sherd {
+
+struct SparseModelFiles {
+  std::string folder;
+  bool binary = true;            // .bin; else .txt
+  bool dense_workspace = false;  // the undistorted model of a dense workspace
+  std::uint64_t cameras = 0, images = 0,
+                points = 0;  // counts from the headers (text: counted lines)
+  std::string problem;       // empty, or why it cannot be read (one line)
+};
+
+struct DenseCloudFile {
+  std::string path;  // fused.ply or another point cloud
+  std::uint64_t points = 0;
+  bool normals = false, colors = false, radii = false;
+  std::string visibility_path;           // fused.ply.vis, or empty
+  std::optional<std::size_t> model_idx;  // the model of the same workspace, into Workspace::models
+  std::string problem;
+};
+
+struct MeshFile {
+  std::string path;
+  std::uint64_t vertices = 0, faces = 0;
+};
+
+struct PhotoFolder {
+  std::string path;
+  std::uint64_t files = 0;
+  std::uint64_t bytes = 0;
+};
+
+struct Workspace {
+  std::string path;                      // what was asked about
+  std::vector<SparseModelFiles> models;  // the largest (most images) readable model first; models
+                                         // of dense workspaces after those of sparse/
+  std::vector<DenseCloudFile> clouds;
+  std::vector<MeshFile> meshes;
+  std::vector<PhotoFolder> photo_folders;
+  std::uint64_t depth_maps = 0, normal_maps = 0;
+  std::vector<std::string> missing;  // one line each: what a full workspace would have and what
+                                     // its absence means
+  bool empty() const { return models.empty() && clouds.empty(); }
+};
+
+// Looks at `path` (file or folder) and at its parents as far as they belong to the same COLMAP
+// project. Reads headers only. Throws InputError when the path does not exist, cannot be read, or
+// holds nothing Sherd knows (saying what was looked for).
+Workspace InspectWorkspace(const std::string& path);
+
+enum class PointSource { kAuto, kSparse, kDense };  // kAuto: dense where there is a fused cloud
+
+struct LoadOptions {
+  PointSource source = PointSource::kAuto;
+  std::optional<std::size_t> model;  // index into Workspace::models; default 0
+  std::string photo_folder;          // where to look for the photographs first; may be empty
+  // Refuse (ResourceError) a load that would need more than this; 0: 80 % of the memory that is
+  // free.
+  std::uint64_t memory_limit_bytes = 0;
+  // Thin the cloud while it is read: at most about this many points are ever held (0: no limit).
+  std::uint64_t decimate_to = 0;
+};
+
+// Loads the survey. Non-finite points are dropped and reported in Survey::warnings, as are
+// photographs that were not found (one line with the count). Throws InputError, ResourceError,
+// Cancelled.
+Survey LoadSurvey(const Workspace& workspace, const LoadOptions& options,
+                  const Control& control = {});
+
+// Sets Photograph::path for every photograph found under one of `folders`, by relative name, then
+// by ever shorter ends of it, then without regard to case. Returns how many were found.
+std::size_t FindPhotographs(const std::vector<std::string>& folders,
+                            std::vector<Photograph>* photographs);
+
+}  // namespace sherd
