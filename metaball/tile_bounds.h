@@ -22,16 +22,30 @@ struct PixelBox {
   SHERD_HD bool empty() const { return x0 >= x1 || y0 >= y1; }
 };
 
-// The range of a tangent cone in one image axis: slopes of the two lines from the origin that touch
-// the circle (x, z; radius). False when the circle reaches the plane z = 0: no bound.
-SHERD_HD bool TangentSlopes(float x, float z, float radius, float* lo, float* hi) {
-  const float depth = z - radius;
-  if (!(depth > 1e-6f * radius)) return false;
-  const float denominator = depth * (z + radius);
-  const float root = sqrtf(x * x + denominator) * radius;
-  *lo = (x * z - root) / denominator;
-  *hi = (x * z + root) / denominator;
-  return true;
+enum class TangentCone { kBounded, kNone };
+
+// The slopes x / z between which a circle (x, z; radius) is seen from the origin looking along +z;
+// infinite where it reaches behind. kNone: all of it lies behind. The tangents are the direction to
+// the centre turned by the angle whose sine is radius / distance; no cancellation.
+SHERD_HD TangentCone TangentSlopes(float x, float z, float radius, float* lo, float* hi) {
+  const float tangent2 = x * x + z * z - radius * radius;
+  *lo = -INFINITY;
+  *hi = INFINITY;
+  if (!(tangent2 > 0.0f)) return z + radius > 0.0f ? TangentCone::kBounded : TangentCone::kNone;
+  const float tangent = sqrtf(tangent2);
+  const float lo_sin = x * tangent - z * radius, lo_cos = z * tangent + x * radius;
+  const float hi_sin = x * tangent + z * radius, hi_cos = z * tangent - x * radius;
+  if (lo_cos > 0.0f) {
+    *lo = lo_sin / lo_cos;
+  } else if (lo_sin > 0.0f) {
+    return TangentCone::kNone;
+  }
+  if (hi_cos > 0.0f) {
+    *hi = hi_sin / hi_cos;
+  } else if (hi_sin < 0.0f) {
+    return TangentCone::kNone;
+  }
+  return TangentCone::kBounded;
 }
 
 SHERD_HD int ClampedFloor(float v, int lo, int hi) {
@@ -55,16 +69,18 @@ SHERD_HD PixelBox BoundsOfSphere(const ViewF& view, const Vec3f& center, float r
   if (!(z + radius > 0.0f)) return none;
   float x_lo, x_hi, y_lo, y_hi;
   if (view.orthographic) {
-    *front = z - radius;
+    *front = z - radius - 1e-6f * (fabsf(z) + radius);
     x_lo = x - radius;
     x_hi = x + radius;
     y_lo = y - radius;
     y_hi = y + radius;
   } else {
-    *front = sqrtf(Dot(v, v)) - radius;
-    if (!TangentSlopes(x, z, radius, &x_lo, &x_hi) || !TangentSlopes(y, z, radius, &y_lo, &y_hi)) {
-      // The support reaches the plane of the eye: any pixel may see it.
-      return {0, 0, view.width, view.height};
+    const float distance = sqrtf(Dot(v, v));
+    *front = distance - radius;
+    *front -= 1e-6f * (distance + radius);
+    if (TangentSlopes(x, z, radius, &x_lo, &x_hi) == TangentCone::kNone ||
+        TangentSlopes(y, z, radius, &y_lo, &y_hi) == TangentCone::kNone) {
+      return none;
     }
   }
   // A relative allowance for rounding in wide pictures, and an absolute one.

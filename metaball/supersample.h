@@ -1,0 +1,21 @@
+// What every backend does the same way around its own work: checks, an empty frame, supersampling.
+#pragma once
+
+#include "metaball/renderer.h"
+
+namespace sherd {
+
+// Throws Error for a missing cloud, a camera or a surface out of range, ResourceError for a picture
+// whose planes cannot be addressed.
+void CheckRenderInput(const Scene& scene, const Camera& camera, const RenderSettings& settings);
+
+// A frame of the camera's size, everything background. Throws ResourceError when there is no
+// memory.
+Frame MakeFrame(const Camera& camera, const Planes& planes);
+
+// n x n rays a pixel: renders the picture n times as large in bands by `renderer`, which is called
+// with supersample = 1, and averages in linear light. Planes take the sample nearest the centre.
+Frame RenderSupersampled(Renderer* renderer, const Scene& scene, const Camera& camera,
+                         const RenderSettings& settings, const Control& control);
+
+}  // namespace sherd
