@@ -11,7 +11,23 @@
 
 namespace sherd {
 
-const double kDefaultRadiusFactor = 2.0;
+// Measured on sheets of 20 000 metaballs at the threshold 0.7 (tests/reconstruction/holes_test.cc
+// keeps the check): planes in three directions and a sphere, points on a jittered grid or strewn
+// at random, with noise of 0 to 1 spacing across the sheet, reduced 7 or 2 to 1 or not at all.
+// Share of the sheet that is left open, the worst over noise and direction, in %:
+//
+//   radius / spacing          1.2    1.4    1.5    1.6    1.7    1.8    2.0
+//   reduced 7:1, all          1.4    0.00   0.00   0.00   0.00   0.00   0.00
+//   reduced 2:1, grid         0.5    0.00   0.00   0.00   0.00   0.00   0.00
+//   reduced 2:1, random       4.8    0.49   0.11   0.02   0.01   0.00   0.00
+//   not reduced, grid         1.8    0.02   0.00   0.00   0.00   0.00   0.00
+//   not reduced, random      14      3.9    1.9    0.9    0.45   0.18   0.04
+//   offset of the surface     0.5    0.75   0.85   0.95   1.05   1.15   1.35   spacings, no noise
+//
+// A sheet of density 1 / s^2 has the mean field (pi / 3) (r / s)^2 (1 - z^2 / r^2)^3 at height z:
+// every larger factor costs accuracy. 1.8 closes all that is reduced, and leaves next to nothing
+// open where points lie as irregularly as points can.
+const double kDefaultRadiusFactor = 1.8;
 
 namespace {
 
@@ -59,8 +75,9 @@ Radii ComputeRadii(const std::vector<Vec3d>& positions, double radius_factor,
   const double median = positive.empty() ? 1.0 : MedianOf(std::move(positive));
   out.median_spacing = median;
 
-  // The larger of a point's own spacing and the median around it: at the rim of a gap a point's
-  // nearest neighbours lie on the dense side.
+  // A point's own spacing within the bounds its neighbours set: no smaller than their median (at
+  // the rim of a gap a point's nearest neighbours lie on the dense side), no more than half again
+  // as large (a stray above a surface must not become a balloon there).
   out.spacing.assign(n, 0.0);
   out.radius.assign(n, 0.0);
   ParallelBlocks(
@@ -73,7 +90,8 @@ Radii ComputeRadii(const std::vector<Vec3d>& positions, double radius_factor,
           const int count = search.Nearest(i, kSpacingNeighbors + 1, idx, distance);
           for (int j = 0; j < count; ++j) around[j] = own[idx[j]];
           std::nth_element(around, around + count / 2, around + count);
-          const double local = std::max(own[i], around[count / 2]);
+          const double typical = around[count / 2];
+          const double local = typical > 0 ? std::clamp(own[i], typical, 1.5 * typical) : own[i];
           out.spacing[i] = local > 0 ? local : median;
           out.radius[i] =
               factor * std::clamp(out.spacing[i], kSmallest * median, kLargest * median);
