@@ -45,7 +45,10 @@ FrameDifference CompareToReference(const Frame& frame, const ReferenceFrame& ref
     d.color_max = std::max(d.color_max, off);
     if (off > 8.0 / 255) ++d.color_off;
     if (!frame.depth.empty()) {
-      depth_errors.push_back(std::abs(frame.depth[i] / unit - r.depth) / r.smallest_radius);
+      const float depth = frame.depth[i];
+      const double rounding = 0.5 * (std::nextafter(depth, INFINITY) - depth);
+      const double off_by = std::max(0.0, std::abs(depth - r.depth * unit) - rounding);
+      depth_errors.push_back(off_by / unit / r.smallest_radius);
     }
     if (!frame.normal.empty()) {
       const double cosine = Dot(frame.normal[i].cast<double>(), r.normal);

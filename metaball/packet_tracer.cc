@@ -162,7 +162,9 @@ HWY_INLINE void AdvanceLanes(D d, const Bound& bound, V threshold, V tolerance, 
 
   const V secant = rise / hn::IfThenElse(accepted, bound.c4 - bound.c0, one);
   const V step = hn::IfThenElse(accepted, hn::Max(secant, u), hn::IfThenElse(refine, u, one));
-  const V refined_dt = hn::MulAdd(reach * dt, hn::Set(d, 1.125f), tolerance * hn::Set(d, 0.5f));
+  const V refined_dt =
+      hn::Min(hn::MulAdd(reach * dt, hn::Set(d, 1.125f), tolerance * hn::Set(d, 0.5f)),
+              dt * hn::Set(d, static_cast<float>(kRefineShrink)));
   const V next_t = hn::IfThenElse(at_start, t, hn::MulAdd(step, dt, t));
   const M found = hn::And(lanes->searching, hn::Or(at_start, accepted));
   lanes->t = hn::IfThenElse(lanes->searching, next_t, t);
