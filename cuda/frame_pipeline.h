@@ -28,6 +28,7 @@ class FramePipeline {
   explicit FramePipeline(Machine machine) : machine_(std::move(machine)) {}
 
   Machine& machine() { return machine_; }
+  const Machine& machine() const { return machine_; }
   const FrameWork& work() const { return work_; }
 
   // Renderer::Render, but for the names in the stats.
