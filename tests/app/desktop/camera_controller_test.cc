@@ -48,8 +48,7 @@ TEST_P(BothProjections, FitShowsTheWholeSceneAndFillsTheView) {
                             i & 4 ? box.max.z : box.min.z};
       double x, y;
       ASSERT_TRUE(camera.Project(corner, &x, &y));
-      nearest_edge = std::min({nearest_edge, x / width, 1 - x / width, y / height,
-                               1 - y / height});
+      nearest_edge = std::min({nearest_edge, x / width, 1 - x / width, y / height, 1 - y / height});
     }
     EXPECT_GE(nearest_edge, 0.0) << width << "x" << height;
     EXPECT_LT(nearest_edge, 0.05) << width << "x" << height;
@@ -110,13 +109,15 @@ TEST_P(BothProjections, ZoomKeepsThePointUnderTheCursor) {
   const Vec3d anchor{-1.1, 2.2, 3.9};
   double x0, y0;
   ASSERT_TRUE(controller.MakeCamera(kWidth, kHeight).Project(anchor, &x0, &y0));
-  const double size0 = controller.MakeCamera(kWidth, kHeight).PixelSizeAt(controller.state().distance);
+  const double size0 =
+      controller.MakeCamera(kWidth, kHeight).PixelSizeAt(controller.state().distance);
   for (int i = 0; i < 30; ++i) controller.ZoomAt(anchor, 0.9);
   double x, y;
   ASSERT_TRUE(controller.MakeCamera(kWidth, kHeight).Project(anchor, &x, &y));
   EXPECT_NEAR(x, x0, 1e-6);
   EXPECT_NEAR(y, y0, 1e-6);
-  const double size = controller.MakeCamera(kWidth, kHeight).PixelSizeAt(controller.state().distance);
+  const double size =
+      controller.MakeCamera(kWidth, kHeight).PixelSizeAt(controller.state().distance);
   EXPECT_NEAR(size, size0 * std::pow(0.9, 30), 1e-9 * size0);
 }
 

@@ -21,9 +21,9 @@ class FakeRendererLog : public QObject {
 
  public:
   std::atomic<int> cancelled{0};
-  std::mutex gate;                  // pictures begin when it can be taken
+  std::mutex gate;                                 // pictures begin when it can be taken
   std::atomic<QSize> hold_full_size{QSize(0, 0)};  // pictures of this size last until stopped
-  std::string fail_with;            // set only while nothing is drawn
+  std::string fail_with;                           // set only while nothing is drawn
   std::atomic<bool> device_fails{false};
 
   std::vector<int> supersamples() const {

@@ -59,9 +59,7 @@ TEST_F(RenderQueueTest, PreviewThenFullResolution) {
   queue.request(pane, RequestFor(level_));
   ASSERT_TRUE(idle.wait(kWaitMs));
   ASSERT_EQ(views.size(), 2);
-  const auto view = [&](int i) {
-    return views[i][1].value<std::shared_ptr<const RenderedView>>();
-  };
+  const auto view = [&](int i) { return views[i][1].value<std::shared_ptr<const RenderedView>>(); };
   EXPECT_EQ(view(0)->divisor, 4);
   EXPECT_FALSE(view(0)->final);
   EXPECT_EQ(view(0)->image.size(), QSize(16, 12));

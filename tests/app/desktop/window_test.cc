@@ -148,10 +148,10 @@ void WindowTest::keep(QWidget* widget, const QString& name) {
 }
 
 void WindowTest::settle() {
-  QTRY_VERIFY_WITH_TIMEOUT(std::all_of(window_->grid()->panes().begin(),
-                                       window_->grid()->panes().end(),
-                                       [](const ViewPane* p) { return p->level() != nullptr; }),
-                           kWait);
+  QTRY_VERIFY_WITH_TIMEOUT(
+      std::all_of(window_->grid()->panes().begin(), window_->grid()->panes().end(),
+                  [](const ViewPane* p) { return p->level() != nullptr; }),
+      kWait);
   QTRY_VERIFY_WITH_TIMEOUT(window_->grid()->queue()->isIdle(), kWait);
   // What the worker has sent is on its way to the panes.
   QTRY_VERIFY_WITH_TIMEOUT(
@@ -223,7 +223,8 @@ void WindowTest::fourLinkedPanes() {
     const auto& view = pane(i)->canvas()->view();
     QVERIFY(view->stats.hits > view->stats.rays / 20);
     // Pixels of the device, whatever the interface's scale.
-    QCOMPARE(view->image.size(), pane(i)->canvas()->size() * pane(i)->canvas()->devicePixelRatioF());
+    QCOMPARE(view->image.size(),
+             pane(i)->canvas()->size() * pane(i)->canvas()->devicePixelRatioF());
     const LevelStats& stats = window_->document()->levels()[static_cast<std::size_t>(i)].stats;
     QCOMPARE(pane(i)->strip()->value(QStringLiteral("Metaballs")),
              QString::fromStdString(FormatGrouped(stats.count)));
@@ -381,8 +382,8 @@ void WindowTest::changesThresholdAndRadius() {
   const auto hits = [this] { return pane(2)->canvas()->view()->stats.hits; };
   const auto before = hits();
   const QImage other = picture(1);
-  auto* threshold = pane(2)->findChild<ValueSlider*>(QStringLiteral("threshold"))
-                        ->findChild<QDoubleSpinBox*>();
+  auto* threshold =
+      pane(2)->findChild<ValueSlider*>(QStringLiteral("threshold"))->findChild<QDoubleSpinBox*>();
   threshold->setFocus();
   threshold->selectAll();
   QTest::keyClicks(threshold, QStringLiteral("2.5"));
@@ -391,8 +392,8 @@ void WindowTest::changesThresholdAndRadius() {
   settle();
   QVERIFY(hits() < before);
   const auto thin = hits();
-  auto* radius = pane(2)->findChild<ValueSlider*>(QStringLiteral("radius-scale"))
-                     ->findChild<QSlider*>();
+  auto* radius =
+      pane(2)->findChild<ValueSlider*>(QStringLiteral("radius-scale"))->findChild<QSlider*>();
   const QString shown_radius = pane(2)->strip()->value(QStringLiteral("Radius"));
   radius->setFocus();
   for (int i = 0; i < 8; ++i) QTest::keyClick(radius, Qt::Key_PageUp);
@@ -425,8 +426,8 @@ void WindowTest::presetAndProjectionKeys() {
   key(Qt::Key_P);
   QCOMPARE(pane(0)->camera().state().projection, Projection::kPerspective);
   // A digit typed into a number is a digit.
-  auto* threshold = pane(0)->findChild<ValueSlider*>(QStringLiteral("threshold"))
-                        ->findChild<QDoubleSpinBox*>();
+  auto* threshold =
+      pane(0)->findChild<ValueSlider*>(QStringLiteral("threshold"))->findChild<QDoubleSpinBox*>();
   const CameraState before = pane(0)->camera().state();
   threshold->setFocus();
   threshold->selectAll();
