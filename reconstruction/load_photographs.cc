@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <unordered_map>
 
 #include "metaball/error.h"
@@ -33,6 +34,7 @@ bool SamePose(const Rigid3d& a, const Rigid3d& b) {
 bool FindOriginalCameras(const Workspace& workspace, const Control& control, Survey* survey,
                          std::vector<bool>* has_original) {
   has_original->assign(survey->photographs.size(), false);
+  for (Photograph& photo : survey->photographs) photo.original_camera_idx = photo.camera_idx;
   for (const SparseModelFiles& files : workspace.models) {
     if (files.dense_workspace || !files.problem.empty()) continue;
     ColmapModel model;
@@ -97,7 +99,53 @@ void CheckFit(const Photograph& photo, const SurveyCamera& camera, std::string* 
   path->clear();
 }
 
+// A folder that was named by hand may hold undistorted copies or originals: the size tells which.
+void TakeIfItFits(const Survey& survey, const std::string& path, bool has_original,
+                  Photograph* photo, Rejected* rejected) {
+  const SurveyCamera& camera = survey.cameras[photo->camera_idx];
+  try {
+    const PhotoSize size = ReadPhotoSize(path);
+    const Fit fit = FitOf(size, camera);
+    if (has_original && fit != Fit::kExact &&
+        FitOf(size, survey.cameras[photo->original_camera_idx]) != Fit::kNone) {
+      photo->original_path = path;
+    } else if (photo->path.empty() &&
+               (fit == Fit::kExact || (fit != Fit::kNone && !has_original && !survey.dense))) {
+      photo->path = path;
+    }
+  } catch (const InputError& error) {
+    rejected->Add(error.what());
+  }
+}
+
+bool FileIsThere(const std::string& path) {
+  std::error_code ignored;
+  return !path.empty() && std::filesystem::exists(path, ignored);
+}
+
 }  // namespace
+
+std::size_t RelocatePhotographs(const std::vector<std::string>& folders, Survey* survey) {
+  std::vector<Photograph> search = survey->photographs;
+  FindPhotographs(folders, &search);
+  Rejected rejected;
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < search.size(); ++i) {
+    Photograph& photo = survey->photographs[i];
+    // A camera of its own for the original is only there when an import found one.
+    const bool has_original = photo.original_camera_idx != photo.camera_idx &&
+                              photo.original_camera_idx < survey->cameras.size();
+    const bool path_there = FileIsThere(photo.path);
+    const bool original_there = FileIsThere(photo.original_path);
+    if (!path_there) photo.path.clear();
+    if (!original_there) photo.original_path.clear();
+    if (!search[i].path.empty() && (!path_there || (has_original && !original_there))) {
+      TakeIfItFits(*survey, search[i].path, has_original && !original_there, &photo, &rejected);
+    }
+    found += !photo.path.empty() || !photo.original_path.empty();
+  }
+  return found;
+}
 
 void LocatePhotographs(const Workspace& workspace, const std::string& photo_folder,
                        const std::string& dense_root, const Control& control, Survey* survey) {
@@ -138,20 +186,7 @@ void LocatePhotographs(const Workspace& workspace, const std::string& photo_fold
       const SurveyCamera& camera = survey->cameras[photo.camera_idx];
       CheckFit(photo, camera, &photo.path, &rejected);
       if (search[i].path.empty()) continue;
-      // A folder that was named by hand may hold either kind: the size tells.
-      std::string path = search[i].path;
-      try {
-        const PhotoSize size = ReadPhotoSize(path);
-        if (has_original[i] &&
-            FitOf(size, survey->cameras[photo.original_camera_idx]) != Fit::kNone &&
-            FitOf(size, camera) != Fit::kExact) {
-          photo.original_path = path;
-        } else if (photo.path.empty() && FitOf(size, camera) == Fit::kExact) {
-          photo.path = path;
-        }
-      } catch (const InputError& error) {
-        rejected.Add(error.what());
-      }
+      TakeIfItFits(*survey, search[i].path, has_original[i], &photo, &rejected);
     }
   }
   if (rejected.count > 0) {

@@ -50,7 +50,7 @@ std::vector<std::uint32_t> TakePhotographs(ColmapModel* model, Survey* survey) {
     Photograph photo;
     photo.image_id = image.image_id;
     photo.name = image.name;
-    photo.camera_idx = camera->second;
+    photo.camera_idx = photo.original_camera_idx = camera->second;
     photo.cam_from_world = image.cam_from_world;
     survey->photographs.push_back(std::move(photo));
   }

@@ -38,8 +38,10 @@ class Components {
   std::vector<std::uint32_t> parent_;
 };
 
+}  // namespace
+
 void FindClumps(const NeighborSearch& search, const std::vector<float>& spacing,
-                const Control& control, std::vector<char>* found) {
+                std::vector<char>* stray, const Control& control) {
   const std::size_t n = spacing.size();
   // In local spacings; on an even surface the 16 neighbours lie at 0.6 to 2.3.
   constexpr float kReach = 2.0f;
@@ -58,12 +60,12 @@ void FindClumps(const NeighborSearch& search, const std::vector<float>& spacing,
             const std::size_t i = start + k;
             std::uint32_t* const out = &joined[k * kOutlierNeighbors];
             std::fill(out, out + kOutlierNeighbors, static_cast<std::uint32_t>(i));
-            if ((*found)[i]) continue;
+            if ((*stray)[i]) continue;
             const int m = search.Nearest(i, kOutlierNeighbors + 1, idx, distance);
             int used = 0;
             for (int j = 0; j < m && used < kOutlierNeighbors; ++j) {
               const auto other = static_cast<std::uint32_t>(idx[j]);
-              if (other == i || (*found)[other]) continue;
+              if (other == i || (*stray)[other]) continue;
               if (distance[j] <= kReach * std::min(spacing[i], spacing[other])) out[used++] = other;
             }
           }
@@ -80,22 +82,19 @@ void FindClumps(const NeighborSearch& search, const std::vector<float>& spacing,
   for (std::size_t i = 0; i < n; ++i) ++size[components.Find(static_cast<std::uint32_t>(i))];
   const auto smallest = static_cast<std::uint32_t>(n / 2000);
   for (std::size_t i = 0; i < n; ++i) {
-    if (size[components.Find(static_cast<std::uint32_t>(i))] < smallest) (*found)[i] = 1;
+    if (size[components.Find(static_cast<std::uint32_t>(i))] < smallest) (*stray)[i] = 1;
   }
 }
 
-}  // namespace
-
-std::vector<bool> FindOutliers(const NeighborSearch& search, const std::vector<float>& mean,
-                               const std::vector<float>& spacing, const Control& control) {
+void FindSparse(const NeighborSearch& search, const std::vector<float>& mean,
+                std::vector<char>* stray, const Control& control) {
   const std::size_t n = mean.size();
-  std::vector<bool> outlier(n, false);
   std::vector<double> logs;
   logs.reserve(n);
   for (const float m : mean) {
     if (m > 0) logs.push_back(std::log(m));
   }
-  if (logs.size() < n / 2) return outlier;  // mostly coincident points: nothing to compare with
+  if (logs.size() < n / 2) return;  // mostly coincident points: nothing to compare with
   const double median = Median(logs);
   for (double& v : logs) v = std::abs(v - median);
   const double deviation = 1.4826 * Median(std::move(logs));
@@ -103,7 +102,6 @@ std::vector<bool> FindOutliers(const NeighborSearch& search, const std::vector<f
   // distance is asked for.
   const double limit = std::exp(median + std::max(std::log(3.0), 4.0 * deviation));
   const double suspicious = std::exp(median) * 1.5;
-  std::vector<char> found(n, 0);
   ParallelBlocks(
       n, kBlock,
       [&](std::size_t begin, std::size_t end) {
@@ -111,7 +109,7 @@ std::vector<bool> FindOutliers(const NeighborSearch& search, const std::vector<f
         float distance[kOutlierNeighbors + 1];
         for (std::size_t i = begin; i < end; ++i) {
           if (mean[i] > limit) {
-            found[i] = 1;
+            (*stray)[i] = 1;
             continue;
           }
           if (!(mean[i] > suspicious)) continue;
@@ -122,13 +120,10 @@ std::vector<bool> FindOutliers(const NeighborSearch& search, const std::vector<f
             if (static_cast<std::size_t>(idx[j]) != i) around[m++] = mean[idx[j]];
           }
           std::nth_element(around, around + m / 2, around + m);
-          found[i] = m > 0 && mean[i] > kAboveNeighbors * around[m / 2];
+          (*stray)[i] = m > 0 && mean[i] > kAboveNeighbors * around[m / 2];
         }
       },
       control, "finding stray points", 0.7, 0.8);
-  FindClumps(search, spacing, control, &found);
-  for (std::size_t i = 0; i < n; ++i) outlier[i] = found[i] != 0;
-  return outlier;
 }
 
 }  // namespace sherd

@@ -10,19 +10,20 @@ namespace sherd {
 
 inline constexpr int kOutlierNeighbors = 16;
 
-// mean[i]: mean distance of point i to its kOutlierNeighbors nearest; spacing[i]: its local
-// spacing. Three tests, each with PCL's k-d tree:
-//
-// 1. The statistic of pcl::StatisticalOutlierRemoval, the mean distance, but PCL compares with
-//    mean + c * deviation over the whole cloud, which far strays inflate: here the logarithms are
-//    compared, by their median and median deviation.
-// 2. A cloud's density varies: a point is also a stray when its mean distance is far above that of
-//    its own neighbours.
-// 3. What floats in small clumps (a wrong depth takes its neighbours along) is near to itself but
-// to
-//    nothing else: points joined by steps of about the spacing make components, and components of
-//    fewer than a two-thousandth of the points go.
-std::vector<bool> FindOutliers(const NeighborSearch& search, const std::vector<float>& mean,
-                               const std::vector<float>& spacing, const Control& control);
+// Each marks what it finds with 1 in `stray` and takes points that are marked already for gone.
+
+// By the statistic of pcl::StatisticalOutlierRemoval, the mean distance to the kOutlierNeighbors
+// nearest (PCL's k-d tree), with two changes. PCL compares with mean + c * deviation over the whole
+// cloud, which far strays inflate: here the logarithms are compared, by their median and median
+// deviation. And a cloud's density varies: a point is also a stray when its mean distance is far
+// above that of its own neighbours. mean: of each point.
+void FindSparse(const NeighborSearch& search, const std::vector<float>& mean,
+                std::vector<char>* stray, const Control& control);
+
+// What floats in small clumps (a wrong depth takes its neighbours along) is near to itself but to
+// nothing else: points joined by steps of about the spacing make components, and components of
+// fewer than a two-thousandth of the points go. spacing: local, of each point.
+void FindClumps(const NeighborSearch& search, const std::vector<float>& spacing,
+                std::vector<char>* stray, const Control& control);
 
 }  // namespace sherd

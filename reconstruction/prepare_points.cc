@@ -13,6 +13,7 @@
 #include "reconstruction/outliers.h"
 #include "reconstruction/parallel.h"
 #include "reconstruction/photo_lists.h"
+#include "reconstruction/seen_through.h"
 
 namespace sherd {
 namespace {
@@ -71,6 +72,9 @@ class Viewers {
     for (const Photograph& photo : survey.photographs) {
       centers_.push_back(photo.cam_from_world.Center());
     }
+    // Some of them, evenly, say as much as all.
+    const std::size_t step = centers_.size() / 64 + 1;
+    for (std::size_t i = 0; i < centers_.size(); i += step) some_.push_back(centers_[i]);
     const Box3d box = RobustBounds(points.position);
     middle_ = box.min * 0.5 + box.max * 0.5;
   }
@@ -84,13 +88,13 @@ class Viewers {
       }
     }
     if (Length(sum) > 0) return sum;
-    for (const Vec3d& center : centers_) sum += Normalized(center - p, Vec3d{});
+    for (const Vec3d& center : some_) sum += Normalized(center - p, Vec3d{});
     return Length(sum) > 0 ? sum : p - middle_;
   }
 
  private:
   const SurveyPoints& points_;
-  std::vector<Vec3d> centers_;
+  std::vector<Vec3d> centers_, some_;
   Vec3d middle_{};
 };
 
@@ -162,11 +166,14 @@ PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const C
       control, "measuring the spacing", 0.1, 0.7);
 
   if (remove_outliers && n > 4 * kNeighbors) {
-    const std::vector<bool> outlier = FindOutliers(search, mean, out.spacing, control);
+    std::vector<char> stray(n, 0);
+    FindSparse(search, mean, &stray, control);
+    FindSeenThrough(survey, out.points, out.spacing, &stray, control);
+    FindClumps(search, out.spacing, &stray, control);
     std::vector<std::uint32_t> kept;
     kept.reserve(n);
     for (std::size_t i = 0; i < n; ++i) {
-      if (!outlier[i]) kept.push_back(static_cast<std::uint32_t>(i));
+      if (!stray[i]) kept.push_back(static_cast<std::uint32_t>(i));
     }
     if (kept.size() < n) {
       out.outliers += n - kept.size();

@@ -34,7 +34,9 @@ namespace {
 constexpr int kSpacingNeighbors = 8;
 constexpr std::size_t kBlock = 4096;
 // Radii stay within this factor of the level's median: a stray point must not become a balloon.
-constexpr double kLargest = 3.0;
+constexpr double kLargest = 2.5;
+// And a metaball's spacing counts within this factor of the median around it.
+constexpr double kSpeck = 1.25;
 constexpr double kSmallest = 1.0 / 8.0;
 
 double MedianOf(std::vector<double> values) {
@@ -76,8 +78,8 @@ Radii ComputeRadii(const std::vector<Vec3d>& positions, double radius_factor,
   out.median_spacing = median;
 
   // A point's own spacing within the bounds its neighbours set: no smaller than their median (at
-  // the rim of a gap a point's nearest neighbours lie on the dense side), no more than half again
-  // as large (a stray above a surface must not become a balloon there).
+  // the rim of a gap a point's nearest neighbours lie on the dense side), and not far above it (a
+  // speck off a dense surface must not become a balloon there).
   out.spacing.assign(n, 0.0);
   out.radius.assign(n, 0.0);
   ParallelBlocks(
@@ -91,7 +93,7 @@ Radii ComputeRadii(const std::vector<Vec3d>& positions, double radius_factor,
           for (int j = 0; j < count; ++j) around[j] = own[idx[j]];
           std::nth_element(around, around + count / 2, around + count);
           const double typical = around[count / 2];
-          const double local = typical > 0 ? std::clamp(own[i], typical, 1.5 * typical) : own[i];
+          const double local = typical > 0 ? std::clamp(own[i], typical, kSpeck * typical) : own[i];
           out.spacing[i] = local > 0 ? local : median;
           out.radius[i] =
               factor * std::clamp(out.spacing[i], kSmallest * median, kLargest * median);

@@ -36,7 +36,8 @@ struct Photograph {
   // none was found.
   std::string path;
   // Where `path` is the undistorted copy of a dense workspace: the original as it came from the
-  // camera, and the (distorted) camera that describes it, into Survey::cameras. Empty: none found.
+  // camera, and the (distorted) camera that describes it, into Survey::cameras: camera_idx itself
+  // where none is known. Empty: no file was found.
   std::string original_path;
   std::uint32_t original_camera_idx = 0;
 };

@@ -88,4 +88,9 @@ Survey LoadSurvey(const Workspace& workspace, const LoadOptions& options,
 std::size_t FindPhotographs(const std::vector<std::string>& folders,
                             std::vector<Photograph>* photographs);
 
+// For photographs that were moved since the import: looks in `folders` for every photograph that
+// has no file (or whose file is gone), and takes what fits its camera as Photograph::path, what
+// fits the original's camera as original_path. Returns how many photographs have a file afterwards.
+std::size_t RelocatePhotographs(const std::vector<std::string>& folders, Survey* survey);
+
 }  // namespace sherd
