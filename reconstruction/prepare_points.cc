@@ -12,6 +12,7 @@
 #include "reconstruction/neighbors.h"
 #include "reconstruction/parallel.h"
 #include "reconstruction/photo_lists.h"
+#include "reconstruction/stray_points.h"
 
 namespace sherd {
 namespace {
@@ -155,6 +156,22 @@ std::vector<bool> FindOutliers(const NeighborSearch& search, const std::vector<f
   return outlier;
 }
 
+// Drops the points that are marked.
+void DropMarked(const std::vector<bool>& dropped, PreparedPoints* points) {
+  const std::size_t n = dropped.size();
+  std::vector<std::uint32_t> kept;
+  kept.reserve(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!dropped[i]) kept.push_back(static_cast<std::uint32_t>(i));
+  }
+  if (kept.size() == n) return;
+  points->outliers += n - kept.size();
+  points->points = Gather(points->points, kept);
+  std::size_t write = 0;
+  for (const std::uint32_t i : kept) points->spacing[write++] = points->spacing[i];
+  points->spacing.resize(write);
+}
+
 }  // namespace
 
 PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const Control& control) {
@@ -218,18 +235,16 @@ PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const C
       control, "measuring the spacing", 0.1, 0.7);
 
   if (remove_outliers && n > 4 * kNeighbors) {
-    const std::vector<bool> outlier = FindOutliers(search, mean, control);
-    std::vector<std::uint32_t> kept;
-    kept.reserve(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      if (!outlier[i]) kept.push_back(static_cast<std::uint32_t>(i));
-    }
-    if (kept.size() < n) {
-      out.outliers += n - kept.size();
-      out.points = Gather(out.points, kept);
-      std::size_t write = 0;
-      for (const std::uint32_t i : kept) out.spacing[write++] = out.spacing[i];
-      out.spacing.resize(write);
+    std::vector<bool> outlier = FindOutliers(search, mean, control);
+    std::vector<double> spacings(out.spacing.begin(), out.spacing.end());
+    const double spacing = Median(std::move(spacings));
+    const std::vector<bool> seen_through = FindSeenThrough(survey, out.points, spacing, control);
+    for (std::size_t i = 0; i < n; ++i) outlier[i] = outlier[i] || seen_through[i];
+    DropMarked(outlier, &out);
+    // What the first two tests leave of a cloud of strays is often a few specks.
+    if (out.points.size() > 4 * kNeighbors) {
+      const NeighborSearch remaining(out.points.position);
+      DropMarked(FindIslands(remaining, out.points.size(), spacing, control), &out);
     }
   }
   control.Report("points prepared", 1.0);

@@ -18,7 +18,8 @@ namespace {
 constexpr int kSpacingNeighbors = 8;
 constexpr std::size_t kBlock = 4096;
 // Radii stay within this factor of the level's median: a stray point must not become a balloon.
-constexpr double kLargest = 3.0;
+constexpr double kLargest = 2.5;
+constexpr double kSpeck = 1.25;
 constexpr double kSmallest = 1.0 / 8.0;
 
 double MedianOf(std::vector<double> values) {
@@ -59,8 +60,9 @@ Radii ComputeRadii(const std::vector<Vec3d>& positions, double radius_factor,
   const double median = positive.empty() ? 1.0 : MedianOf(std::move(positive));
   out.median_spacing = median;
 
-  // The larger of a point's own spacing and the median around it: at the rim of a gap a point's
-  // nearest neighbours lie on the dense side.
+  // At the rim of a gap a point's nearest neighbours lie on the dense side: it takes the median
+  // around it where that is larger. A speck off a dense surface has a spacing of its own far above
+  // its neighbours': it must not become a balloon and stays near the median around it.
   out.spacing.assign(n, 0.0);
   out.radius.assign(n, 0.0);
   ParallelBlocks(
@@ -73,7 +75,10 @@ Radii ComputeRadii(const std::vector<Vec3d>& positions, double radius_factor,
           const int count = search.Nearest(i, kSpacingNeighbors + 1, idx, distance);
           for (int j = 0; j < count; ++j) around[j] = own[idx[j]];
           std::nth_element(around, around + count / 2, around + count);
-          const double local = std::max(own[i], around[count / 2]);
+          const double median_around = around[count / 2];
+          const double local = median_around > 0
+                                   ? std::clamp(own[i], median_around, kSpeck * median_around)
+                                   : own[i];
           out.spacing[i] = local > 0 ? local : median;
           out.radius[i] =
               factor * std::clamp(out.spacing[i], kSmallest * median, kLargest * median);

@@ -1,0 +1,27 @@
+// Points that belong to no surface, by two signs that local density does not show. Internal to
+// reconstruction/.
+#pragma once
+
+#include <vector>
+
+#include "metaball/control.h"
+#include "reconstruction/neighbors.h"
+#include "reconstruction/survey.h"
+
+namespace sherd {
+
+// Points the photographs see through: in more photographs than see the point itself (and in at
+// least three), surface points are seen behind it, in its own and the adjoining cells of a coarse
+// grid over the picture, all of them farther away by more than the noise (free-space violation;
+// Merrell et al., "Real-time visibility-based fusion of depth maps", 2007, in a form that needs
+// only the points). All false where no photographs are known. spacing: median local spacing, world
+// units.
+std::vector<bool> FindSeenThrough(const Survey& survey, const SurveyPoints& points, double spacing,
+                                  const Control& control = {});
+
+// Points in groups too small to be a find: connected over gaps of at most four times `spacing`,
+// fewer than 30 points and fewer than one point in 5000. The largest group always stays.
+std::vector<bool> FindIslands(const NeighborSearch& search, std::size_t count, double spacing,
+                              const Control& control = {});
+
+}  // namespace sherd
