@@ -18,8 +18,8 @@ constexpr double kSunRadius = 0.06;  // of its disc, radians: widened by the haz
 constexpr Vec3f kSunColor{1.46f, 1.36f, 1.18f};
 constexpr Vec3f kSkyColor{0.74f, 0.80f, 0.90f};
 constexpr Vec3f kBounceColor{0.115f, 0.095f, 0.070f};  // from earth to earth, where the sky is hid
-constexpr float kExposure = 0.74f;
-constexpr int kSkyRays = 32, kSunRays = 16;  // the first four of these often suffice
+constexpr float kExposure = 0.86f;
+constexpr int kSkyRays = 48, kSunRays = 16;  // the first four of these often suffice
 constexpr int kSmoothing = 2;                // passes over the mesh, against the noise of few rays
 constexpr double kSkyReach = 4.0;            // what stands farther off hides no sky, metres
 
