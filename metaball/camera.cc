@@ -11,7 +11,8 @@ namespace {
 // Sets the axes of a camera that looks from eye to look_at.
 void SetAxes(const Vec3d& eye, const Vec3d& look_at, const Vec3d& up, Camera* camera) {
   const Vec3d view = look_at - eye;
-  const double distance = Length(view);
+  // hypot: scenes of any scale, also where squares would leave the range of double.
+  const double distance = std::hypot(view.x, view.y, view.z);
   if (!(distance > 0) || !std::isfinite(distance)) {
     throw Error("the camera's eye and the point it looks at must be finite and differ");
   }

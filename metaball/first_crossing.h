@@ -23,6 +23,9 @@ enum class MarchStatus : std::uint8_t {
   kExhausted,  // t reached t_end without a crossing
 };
 
+// A step that could not pass shortens the next segment at least by this factor.
+inline constexpr double kRefineShrink = 0.6;
+
 template <class T>
 struct March {
   T t = T(0);
@@ -97,7 +100,10 @@ SHERD_HD void AdvanceMarch(const FieldBound<T>& bound, const MarchLimits<T>& lim
       reach = reach < room ? reach : room;
       reach = reach > T(0) ? reach : T(0);
       march->t += u * march->dt;
-      march->dt = T(1.125) * reach * march->dt + T(0.5) * limits.tolerance;
+      // Always shorter than before: where the bound is far above the field, only that helps.
+      const T wanted = T(1.125) * reach * march->dt + T(0.5) * limits.tolerance;
+      const T longest = T(kRefineShrink) * march->dt;
+      march->dt = wanted < longest ? wanted : longest;
     }
   }
   const T rest = limits.t_end - march->t;

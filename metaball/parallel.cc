@@ -4,6 +4,7 @@
 #include <thread>
 
 #ifdef SHERD_HAVE_TBB
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #else
@@ -25,7 +26,8 @@ int ThreadCount(int requested) {
 void ParallelFor(std::int64_t count, int threads,
                  const std::function<void(std::int64_t, int)>& body) {
   if (count <= 0) return;
-  tbb::task_arena arena(ThreadCount(threads));
+  // More threads than the machine has would only make TBB complain.
+  tbb::task_arena arena(std::min(ThreadCount(threads), tbb::info::default_concurrency()));
   arena.execute([&] {
     tbb::parallel_for(
         tbb::blocked_range<std::int64_t>(0, count, 1),

@@ -1,5 +1,5 @@
-// Photographs as pixels, out of core: OpenImageIO's image cache holds what is looked at and no
-// more. Never rotated by EXIF: COLMAP's intrinsics refer to the stored pixels.
+// Photographs as pixels, decoded by OpenImageIO and held only as finely as they are looked at,
+// within a bound. Never rotated by EXIF: COLMAP's intrinsics refer to the stored pixels.
 #pragma once
 
 #include <cstdint>
@@ -41,12 +41,16 @@ struct PhotoShadingStats {
   std::vector<std::string> warnings;
 };
 
-// Replaces the blended colour of a finished frame by that of the photographs: each hit point is
-// projected into the photographs that see its metaball, sampled with the pixel's footprint, and the
-// samples are blended by how squarely and how closely each photograph sees the place.
+// Replaces the blended colour of a finished frame by that of the photographs. The metaballs whose
+// support holds a hit point say, by their weights in the field, where the surface they stand for
+// lies (the field's surface is the thickness of a metaball in front of it) and which photographs
+// see it. The point is projected into those, distortion included; each is sampled with the pixel's
+// footprint (MIP levels, several samples along the longer axis) in linear light, and the samples
+// are blended by how squarely, how finely and how far from its border each photograph sees the
+// place.
 class PhotographShader {
  public:
-  // memory_mb bounds the pixels held at any time.
+  // memory_mb bounds the pixels held at any time. The survey must outlive the shader.
   explicit PhotographShader(const Survey& survey, int memory_mb = 1024);
   ~PhotographShader();
   PhotographShader(PhotographShader&&) noexcept;

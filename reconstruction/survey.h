@@ -32,7 +32,13 @@ struct Photograph {
   std::string name;              // relative path as COLMAP wrote it, UTF-8, may hold '/' and spaces
   std::uint32_t camera_idx = 0;  // into Survey::cameras
   Rigid3d cam_from_world;
-  std::string path;  // the file found for it; empty where none was found
+  // The file found for it, with the geometry of `camera_idx` (or a pure resize of it); empty where
+  // none was found.
+  std::string path;
+  // Where `path` is the undistorted copy of a dense workspace: the original as it came from the
+  // camera, and the (distorted) camera that describes it, into Survey::cameras. Empty: none found.
+  std::string original_path;
+  std::uint32_t original_camera_idx = 0;
 };
 
 // Points, structure of arrays; n = position.size(); every other array has n entries or none.
@@ -54,7 +60,11 @@ struct Survey {
   std::vector<SurveyCamera> cameras;
   std::vector<Photograph> photographs;
   SurveyPoints points;
-  bool dense = false;                     // points from fused.ply, not from the sparse model
+  bool dense = false;  // points from fused.ply, not from the sparse model
+  // COLMAP's dense stage takes the index of a pixel for its image coordinate, so that points fused
+  // from depth maps project this many pixels of Photograph::camera_idx too far up and left
+  // (colmap_formats: half a depth-map pixel). 0 for sparse points.
+  double dense_pixel_offset = 0.0;
   std::optional<double> metres_per_unit;  // known scale
   std::optional<Vec3d> up;                // unit, world axes; estimated from the photographs
 

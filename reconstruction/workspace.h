@@ -12,6 +12,8 @@
 
 namespace sherd {
 
+enum class PointSource { kAuto, kSparse, kDense };
+
 struct SparseModelFiles {
   std::string folder;
   bool binary = true;            // .bin; else .txt
@@ -42,15 +44,19 @@ struct PhotoFolder {
 };
 
 struct Workspace {
-  std::string path;                      // what was asked about
-  std::vector<SparseModelFiles> models;  // the largest (most images) readable model first; models
-                                         // of dense workspaces after those of sparse/
+  std::string path;  // what was asked about
+  // The model that was asked about first; then the largest (most images) readable one; models of
+  // dense workspaces after those of sparse/.
+  std::vector<SparseModelFiles> models;
   std::vector<DenseCloudFile> clouds;
   std::vector<MeshFile> meshes;
   std::vector<PhotoFolder> photo_folders;
   std::uint64_t depth_maps = 0, normal_maps = 0;
   std::vector<std::string> missing;  // one line each: what a full workspace would have and what
                                      // its absence means
+  // What `path` itself names: kSparse for a model's folder or file, kDense for a dense workspace or
+  // a cloud; kAuto for a whole project.
+  PointSource preferred = PointSource::kAuto;
   bool empty() const { return models.empty() && clouds.empty(); }
 };
 
@@ -59,9 +65,8 @@ struct Workspace {
 // holds nothing Sherd knows (saying what was looked for).
 Workspace InspectWorkspace(const std::string& path);
 
-enum class PointSource { kAuto, kSparse, kDense };  // kAuto: dense where there is a fused cloud
-
 struct LoadOptions {
+  // kAuto: what Workspace::preferred says, else dense where there is a fused cloud.
   PointSource source = PointSource::kAuto;
   std::optional<std::size_t> model;  // index into Workspace::models; default 0
   std::string photo_folder;          // where to look for the photographs first; may be empty

@@ -1,0 +1,134 @@
+// sherd build: density levels from an imported survey.
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/command.h"
+#include "app/cli/option_types.h"
+#include "app/cli/progress.h"
+#include "app/cli/summary.h"
+#include "app/project/format.h"
+#include "app/project/project.h"
+#include "metaball/error.h"
+
+namespace sherd::cli {
+namespace {
+
+struct Options {
+  std::string project, photos;
+  std::vector<std::uint64_t> levels;
+  std::optional<double> radius_factor, threshold, photos_per_metaball;
+  bool keep_outliers = false, fresh = false, json = false;
+};
+
+// Built by this program with the same options: building it again would give the same.
+bool UpToDate(const LevelEntry& level, const LevelOptions& options) {
+  return level.program == SHERD_VERSION &&
+         level.options.remove_outliers == options.remove_outliers &&
+         level.options.radius_factor == options.radius_factor &&
+         level.options.threshold == options.threshold &&
+         level.options.max_photos_per_metaball == options.max_photos_per_metaball;
+}
+
+int RunBuild(const Options& options, const Environment& environment) {
+  const auto start = std::chrono::steady_clock::now();
+  Project project = Project::Open(options.project);
+  LevelOptions level_options;
+  level_options.remove_outliers = !options.keep_outliers;
+  level_options.radius_factor = ValueOf("radius-factor", options.radius_factor);
+  level_options.threshold = options.threshold.value_or(0.0);
+  level_options.max_photos_per_metaball =
+      static_cast<int>(ValueOf("photos-per-metaball", options.photos_per_metaball));
+
+  std::vector<std::uint64_t> targets;
+  std::vector<std::string> kept;
+  for (const std::uint64_t target : options.levels) {
+    const auto& levels = project.levels();
+    const auto same = std::find_if(levels.begin(), levels.end(), [&](const LevelEntry& level) {
+      return level.options.target_count == target && UpToDate(level, level_options);
+    });
+    if (same != levels.end() && !options.fresh) {
+      kept.push_back(same->name);
+    } else {
+      targets.push_back(target);
+    }
+  }
+  if (!targets.empty()) {
+    Progress progress(environment.stop);
+    BuildLevels(&project, targets, level_options, progress.control());
+  }
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  std::uint64_t most = 0;
+  for (const std::uint64_t target : targets) {
+    const LevelEntry& level = project.FindLevel(FormatCount(target));
+    most = std::max(most, level.stats.source_points - level.stats.outliers);
+    if (level.stats.count < target && level.stats.count + target / 100 < target) {
+      Warn("level " + level.name +
+           " holds every point there is: " + FormatGrouped(level.stats.count) +
+           ", fewer than the " + FormatGrouped(target) + " asked for");
+    }
+  }
+  if (options.json) {
+    Json built = Json::array();
+    for (const std::uint64_t target : targets) {
+      built.push_back(ToJson(project.FindLevel(FormatCount(target))));
+    }
+    PrintJson({{"project", options.project},
+               {"built", std::move(built)},
+               {"up_to_date", kept},
+               {"seconds", seconds},
+               {"peak_memory_bytes", PeakMemory()}});
+    return kSuccess;
+  }
+  std::string text;
+  if (!targets.empty()) {
+    text = "Built " + std::to_string(targets.size()) +
+           (targets.size() == 1 ? " level" : " levels") + " in " + FormatSeconds(seconds) +
+           " (peak memory " + FormatBytes(PeakMemory()) + ")\n";
+  }
+  for (const std::string& name : kept) {
+    text += "Level " + name + " was up to date (--fresh builds it again)\n";
+  }
+  Print(text + DescribeLevels(project) + "Next: sherd compare " + options.project +
+        " --size 1920x1080 --out sheet.png\n");
+  return kSuccess;
+}
+
+}  // namespace
+
+void AddBuild(CLI::App* program, Action* action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* app = program->add_subcommand(
+      "build", "Build density levels of a project, each by a target count.");
+  app->add_option("PROJECT", options->project, "a project made by sherd import")->required();
+  app->add_option_function<std::string>(
+         "--levels",
+         [options](const std::string& text) {
+           try {
+             options->levels = ParseCounts(text);
+           } catch (const InputError& error) {
+             throw CLI::ValidationError("--levels", error.what());
+           }
+         },
+         "how many metaballs each level holds (k and M are understood), reached within 1 %")
+      ->required()
+      ->type_name("63k,126k,...");
+  AddSetting(app, "radius-factor", &options->radius_factor, "F");
+  AddSetting(app, "threshold", &options->threshold, "T");
+  AddSetting(app, "photos-per-metaball", &options->photos_per_metaball, "N");
+  app->add_flag("--keep-outliers", options->keep_outliers, "do not remove stray points");
+  app->add_flag("--fresh", options->fresh, "build also levels that are there and up to date");
+  app->add_flag("--json", options->json, "print the levels as JSON");
+  app->footer(
+      "Examples:\n"
+      "  sherd build trench.sherd --levels 63k,126k,252k,502k\n"
+      "  sherd build trench.sherd --levels 1.5M --radius-factor 2 --fresh");
+  app->callback([options, action] {
+    *action = [options](const Environment& environment) { return RunBuild(*options, environment); };
+  });
+}
+
+}  // namespace sherd::cli

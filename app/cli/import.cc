@@ -1,0 +1,132 @@
+// sherd import: a COLMAP workspace becomes a project.
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/command.h"
+#include "app/cli/option_types.h"
+#include "app/cli/progress.h"
+#include "app/cli/summary.h"
+#include "app/project/format.h"
+#include "app/project/project.h"
+#include "metaball/error.h"
+
+namespace sherd::cli {
+namespace {
+
+struct Options {
+  std::string path, project, photos, decimate, memory_limit;
+  std::optional<std::size_t> model;
+  std::optional<double> metres_per_unit;
+  std::optional<Vec3d> up;
+  bool dense = false, sparse = false, json = false;
+};
+
+// The model the user's number means.
+std::size_t ModelIndex(const std::string& path, std::size_t number) {
+  const Workspace workspace = InspectWorkspace(path);
+  const std::vector<std::size_t> numbers = ModelNumbers(workspace);
+  const auto it = std::find(numbers.begin(), numbers.end(), number);
+  if (it != numbers.end()) return static_cast<std::size_t>(it - numbers.begin());
+  std::string all;
+  for (const std::size_t n : numbers) all += (all.empty() ? "" : ", ") + std::to_string(n);
+  throw InputError(path, "", "has no model " + std::to_string(number),
+                   numbers.empty() ? "it has no sparse model at all"
+                                   : "its models are " + all + " (see sherd info)");
+}
+
+int RunImport(const Options& options, const Environment& environment) {
+  ImportOptions import;
+  import.source = options.path;
+  import.photo_folder = options.photos;
+  if (options.model) import.model = ModelIndex(options.path, *options.model);
+  import.points = options.dense    ? PointSource::kDense
+                  : options.sparse ? PointSource::kSparse
+                                   : PointSource::kAuto;
+  import.metres_per_unit = options.metres_per_unit;
+  import.up = options.up;
+  if (!options.decimate.empty()) import.decimate_to = ParseCount(options.decimate);
+  if (!options.memory_limit.empty()) {
+    import.memory_limit_bytes = ParseCount(options.memory_limit) << 20;
+  }
+  Progress progress(environment.stop);
+  const Project project = ImportSurvey(import, options.project, progress.control());
+  progress.Clear();
+  if (options.json) {
+    Json json = ToJson(project);
+    json["peak_memory_bytes"] = PeakMemory();
+    PrintJson(json);
+  } else {
+    Print("Imported into " + options.project + " in " +
+          FormatSeconds(project.import_summary().seconds) + " (peak memory " +
+          FormatBytes(PeakMemory()) + ")\n" + DescribeImport(project) + "Next: sherd build " +
+          options.project + " --levels 63k,126k,252k,502k\n");
+  }
+  return kSuccess;
+}
+
+}  // namespace
+
+void AddImport(CLI::App* program, Action* action) {
+  auto options = std::make_shared<Options>();
+  CLI::App* app = program->add_subcommand(
+      "import", "Import a COLMAP workspace or a point cloud into a project.");
+  app->add_option("PATH", options->path,
+                  "a workspace at any level: its folder, sparse/, dense/, a .ply")
+      ->required();
+  app->add_option("--project", options->project,
+                  "the project to make; an earlier one is replaced once the import has succeeded")
+      ->required()
+      ->type_name("P.sherd");
+  app->add_option("--photos", options->photos,
+                  "folder where the photographs are (found by relative name)")
+      ->type_name("DIR");
+  app->add_option_function<std::uint64_t>(
+         "--model", [options](const std::uint64_t& n) { options->model = n; },
+         "the sparse model to use, as \"sherd info\" numbers them [default: the largest]")
+      ->type_name("N");
+  auto* dense = app->add_flag("--dense", options->dense, "points of the dense cloud (fused.ply)");
+  app->add_flag("--sparse", options->sparse,
+                "points of the sparse model [default: dense ones "
+                "where there are any]")
+      ->excludes(dense);
+  AddSetting(app, "metres-per-unit", &options->metres_per_unit, "M");
+  AddVector(app, "--up", &options->up, "what is up, world [default: from the photographs]");
+  app->add_option_function<std::string>(
+         "--decimate",
+         [options](const std::string& text) {
+           try {
+             ParseCount(text);
+           } catch (const InputError& error) {
+             throw CLI::ValidationError("--decimate", error.what());
+           }
+           options->decimate = text;
+         },
+         "thin the cloud to about this many points while it is read")
+      ->type_name("5M");
+  app->add_option_function<std::string>(
+         "--memory-limit",
+         [options](const std::string& text) {
+           try {
+             ParseCount(text);
+           } catch (const InputError& error) {
+             throw CLI::ValidationError("--memory-limit", error.what());
+           }
+           options->memory_limit = text;
+         },
+         "refuse a cloud that needs more than this many MiB [default: 80 % of what is free]")
+      ->type_name("MIB");
+  app->add_flag("--json", options->json, "print the summary as JSON");
+  app->footer(
+      "Examples:\n"
+      "  sherd import trench_colmap --project trench.sherd --metres-per-unit 1\n"
+      "  sherd import trench_colmap/dense --project trench.sherd --photos /mnt/photographs\n"
+      "  sherd import trench_colmap --project sparse.sherd --sparse --model 1");
+  app->callback([options, action] {
+    *action = [options](const Environment& environment) {
+      return RunImport(*options, environment);
+    };
+  });
+}
+
+}  // namespace sherd::cli

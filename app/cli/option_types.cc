@@ -1,0 +1,148 @@
+#include "app/cli/option_types.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "app/project/format.h"
+#include "app/project/settings.h"
+#include "metaball/error.h"
+#include "reconstruction/level.h"
+
+namespace sherd::cli {
+namespace {
+
+// The whole of `text` as a number; nullopt for anything else.
+template <class T>
+std::optional<T> ParseNumber(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  T value{};
+  const char* const end = text.data() + text.size();
+  const auto result = std::from_chars(text.data(), end, value);
+  if (text.empty() || result.ec != std::errc() || result.ptr != end) return std::nullopt;
+  return value;
+}
+
+std::vector<std::string> Split(const std::string& text, char separator) {
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == separator) {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
+
+// An option whose text goes through `parse`, whose InputError becomes one of the option.
+template <class Parse>
+CLI::Option* AddParsed(CLI::App* app, const std::string& name, const std::string& help,
+                       Parse parse) {
+  return app->add_option_function<std::string>(
+      name,
+      [name, parse](const std::string& text) {
+        try {
+          parse(text);
+        } catch (const Error& error) {
+          throw CLI::ValidationError(name, error.what());
+        }
+      },
+      help);
+}
+
+}  // namespace
+
+Vec3d ParseVector(const std::string& text) {
+  const std::vector<std::string> parts = Split(text, ',');
+  Vec3d v;
+  double* const axes[] = {&v.x, &v.y, &v.z};
+  bool good = parts.size() == 3;
+  for (std::size_t i = 0; good && i < 3; ++i) {
+    const std::optional<double> number = ParseNumber<double>(parts[i]);
+    good = number && std::isfinite(*number);
+    if (good) *axes[i] = *number;
+  }
+  if (!good) {
+    throw InputError("", "", "\"" + text + "\" is no vector", "give x,y,z without blanks");
+  }
+  return v;
+}
+
+Size ParseSize(const std::string& text) {
+  const std::vector<std::string> parts = Split(text, 'x');
+  if (parts.size() == 2) {
+    const std::optional<int> width = ParseNumber<int>(parts[0]);
+    const std::optional<int> height = ParseNumber<int>(parts[1]);
+    if (width && height && *width > 0 && *height > 0) return {*width, *height};
+  }
+  throw InputError("", "", "\"" + text + "\" is no size",
+                   "give width and height in pixels, as in 1280x720");
+}
+
+std::vector<std::uint64_t> ParseCounts(const std::string& text) {
+  std::vector<std::uint64_t> counts;
+  for (const std::string& part : Split(text, ',')) {
+    const std::uint64_t count = ParseCount(part);
+    if (count == 0) throw InputError("", "", "a level needs at least one metaball");
+    if (std::find(counts.begin(), counts.end(), count) == counts.end()) counts.push_back(count);
+  }
+  return counts;
+}
+
+CLI::Option* AddVector(CLI::App* app, const std::string& name, std::optional<Vec3d>* value,
+                       const std::string& help) {
+  return AddParsed(app, name, help,
+                   [value](const std::string& text) { *value = ParseVector(text); })
+      ->type_name("X,Y,Z");
+}
+
+CLI::Option* AddSize(CLI::App* app, std::optional<Size>* value, const std::string& help) {
+  return AddParsed(app, "--size", help,
+                   [value](const std::string& text) { *value = ParseSize(text); })
+      ->type_name("WxH");
+}
+
+CLI::Option* AddSetting(CLI::App* app, const std::string& name, std::optional<double>* value,
+                        const std::string& type_name) {
+  const SettingInfo& setting = Setting(name);
+  const std::string range = FormatNumber(setting.min) + " to " + FormatNumber(setting.max);
+  std::string help(setting.help);
+  help += " [" + range;
+  if (setting.fallback >= setting.min) help += ", default " + FormatNumber(setting.fallback);
+  help += "]";
+  return AddParsed(app, "--" + name, help,
+                   [value, &setting, range](const std::string& text) {
+                     const std::optional<double> number = ParseNumber<double>(text);
+                     const bool whole =
+                         setting.decimals > 0 || !number || *number == std::floor(*number);
+                     if (!number || !whole || !(*number >= setting.min && *number <= setting.max)) {
+                       throw InputError("", "",
+                                        "\"" + text + "\" is not a " +
+                                            (setting.decimals == 0 ? "whole " : "") +
+                                            "number from " + range);
+                     }
+                     *value = number;
+                   })
+      ->type_name(type_name);
+}
+
+double ValueOf(const std::string& name, const std::optional<double>& value) {
+  return value.value_or(Setting(name).fallback);
+}
+
+CLI::Option* AddChoice(CLI::App* app, const std::string& name, std::string* value,
+                       const std::vector<std::string>& words, const std::string& help) {
+  std::string all;
+  for (const std::string& word : words) all += (all.empty() ? "" : "|") + word;
+  return AddParsed(app, name, help,
+                   [value, words, all](const std::string& text) {
+                     if (std::find(words.begin(), words.end(), text) == words.end()) {
+                       throw InputError("", "", "\"" + text + "\" is none of " + all);
+                     }
+                     *value = text;
+                   })
+      ->type_name(all);
+}
+
+}  // namespace sherd::cli

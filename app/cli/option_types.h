@@ -1,0 +1,36 @@
+// Options in the program's own types, each checked with a message that names the option.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "metaball/vec.h"
+
+namespace sherd::cli {
+
+struct Size {
+  int width = 0, height = 0;
+};
+
+// "x,y,z"; finite numbers. Throws InputError.
+Vec3d ParseVector(const std::string& text);
+// "1280x720". Throws InputError.
+Size ParseSize(const std::string& text);
+// "63k,126k" as counts, each once. Throws InputError.
+std::vector<std::uint64_t> ParseCounts(const std::string& text);
+
+CLI::Option* AddVector(CLI::App* app, const std::string& name, std::optional<Vec3d>* value,
+                       const std::string& help);
+CLI::Option* AddSize(CLI::App* app, std::optional<Size>* value, const std::string& help);
+// An option of the settings table (settings.h): its range is checked, its help and default shown.
+CLI::Option* AddSetting(CLI::App* app, const std::string& name, std::optional<double>* value,
+                        const std::string& type_name);
+// The value or the table's default.
+double ValueOf(const std::string& name, const std::optional<double>& value);
+// One of a few words.
+CLI::Option* AddChoice(CLI::App* app, const std::string& name, std::string* value,
+                       const std::vector<std::string>& words, const std::string& help);
+
+}  // namespace sherd::cli

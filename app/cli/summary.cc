@@ -1,0 +1,105 @@
+#include "app/cli/summary.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/look_options.h"
+#include "app/cli/table.h"
+#include "app/project/format.h"
+
+namespace sherd::cli {
+
+Json ToJson(const LevelEntry& level) {
+  const LevelStats& s = level.stats;
+  return {{"name", level.name},
+          {"folder", level.folder},
+          {"count", s.count},
+          {"target_count", s.target_count},
+          {"source_points", s.source_points},
+          {"outliers_removed", s.outliers},
+          {"spacing", s.spacing},
+          {"radius_min", s.radius_min},
+          {"radius_median", s.radius_median},
+          {"radius_max", s.radius_max},
+          {"threshold", s.threshold},
+          {"gaps_likely_share", s.open_share},
+          {"seconds", s.seconds},
+          {"cloud_bytes", s.cloud_bytes}};
+}
+
+Json ToJson(const Project& project) {
+  const ImportSummary& import = project.import_summary();
+  Json levels = Json::array();
+  for (const LevelEntry& level : project.levels()) levels.push_back(ToJson(level));
+  return {
+      {"project", project.path()},
+      {"source", import.source},
+      {"cameras", import.cameras},
+      {"photographs", import.photographs},
+      {"photographs_found", import.photographs_found},
+      {"points", import.points},
+      {"dense", import.dense},
+      {"normals", import.has_normals},
+      {"visibility", import.has_visibility},
+      {"metres_per_unit", project.metres_per_unit() ? Json(*project.metres_per_unit()) : Json()},
+      {"up", project.up() ? ToJson(*project.up()) : Json()},
+      {"front", project.front() ? ToJson(*project.front()) : Json()},
+      {"bounds", {{"min", ToJson(project.bounds().min)}, {"max", ToJson(project.bounds().max)}}},
+      {"warnings", import.warnings},
+      {"import_seconds", import.seconds},
+      {"levels", std::move(levels)}};
+}
+
+std::string DescribeImport(const Project& project) {
+  const ImportSummary& import = project.import_summary();
+  const std::optional<double>& scale = project.metres_per_unit();
+  std::string points = FormatGrouped(import.points);
+  points += import.dense ? " from a dense cloud" : " from a sparse model";
+  points += import.has_normals ? ", with normals" : ", without normals";
+  points += import.has_visibility ? ", and which photographs see each"
+                                  : ", not known which photographs see each";
+  std::string photographs = FormatGrouped(import.photographs);
+  if (import.photographs > 0) {
+    const std::uint64_t missing = import.photographs - import.photographs_found;
+    photographs += missing == 0 ? ", all found"
+                                : ", " + FormatGrouped(import.photographs_found) + " found, " +
+                                      FormatGrouped(missing) + " missing";
+    if (missing > 0) photographs += " (--photos DIR says where to look)";
+  }
+  const Vec3d size = project.bounds().max - project.bounds().min;
+  const auto length = [&](double v) { return FormatLength(v, scale); };
+  std::string up = "not known: z is taken as up";
+  if (project.up()) {
+    const Vec3d& u = *project.up();
+    up = FormatNumber(u.x, 3) + ", " + FormatNumber(u.y, 3) + ", " + FormatNumber(u.z, 3);
+  }
+  std::string text = Fields({{"source", import.source},
+                             {"points", points},
+                             {"photographs", photographs},
+                             {"cameras", FormatGrouped(import.cameras)},
+                             {"scale", scale ? "1 unit is " + FormatLength(1, scale, 6)
+                                             : "not known (--metres-per-unit M sets it)"},
+                             {"extent", length(size.x) + " x " + length(size.y) + " x " +
+                                            length(size.z) + " without stray points"},
+                             {"up", up}});
+  for (const std::string& warning : import.warnings)
+    text += "  warning: " + OneLine(warning) + "\n";
+  return text;
+}
+
+std::string DescribeLevels(const Project& project) {
+  if (project.levels().empty()) return "";
+  const std::optional<double>& scale = project.metres_per_unit();
+  std::vector<std::vector<std::string>> rows = {{"level", "metaballs", "spacing", "radius",
+                                                 "threshold", "gaps likely", "memory", "built in"}};
+  for (const LevelEntry& level : project.levels()) {
+    const LevelStats& s = level.stats;
+    rows.push_back({level.name, FormatGrouped(s.count), FormatLength(s.spacing, scale),
+                    FormatLength(s.radius_median, scale), FormatNumber(s.threshold),
+                    FormatShare(s.open_share), FormatBytes(s.cloud_bytes),
+                    FormatSeconds(s.seconds)});
+  }
+  return Table(rows);
+}
+
+}  // namespace sherd::cli

@@ -1,0 +1,37 @@
+// The figures under a pane: a row of captions with a row of values below them.
+#pragma once
+
+#include <QList>
+#include <QString>
+#include <QWidget>
+
+namespace sherd {
+
+class InfoStrip : public QWidget {
+  Q_OBJECT
+
+ public:
+  struct Field {
+    QString caption, value;
+    QString explanation;  // tool tip
+  };
+
+  explicit InfoStrip(QWidget* parent = nullptr);
+  void setFields(const QList<Field>& fields);
+  const QList<Field>& fields() const { return fields_; }
+  // The value under a caption; empty when there is no such field.
+  QString value(const QString& caption) const;
+
+  QSize sizeHint() const override;
+  QSize minimumSizeHint() const override { return {100, sizeHint().height()}; }
+
+ protected:
+  void paintEvent(QPaintEvent* event) override;
+  bool event(QEvent* event) override;
+
+ private:
+  QRectF cell(qsizetype index) const;
+  QList<Field> fields_;
+};
+
+}  // namespace sherd

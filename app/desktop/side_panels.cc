@@ -1,0 +1,190 @@
+#include "app/desktop/side_panels.h"
+
+#include <QCheckBox>
+#include <QDial>
+#include <QFormLayout>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QLineEdit>
+#include <QListWidget>
+#include <QSlider>
+#include <QVBoxLayout>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "app/desktop/theme.h"
+#include "app/desktop/value_slider.h"
+
+namespace sherd {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+}  // namespace
+
+LightPanel::LightPanel(QWidget* parent) : QWidget(parent) {
+  setObjectName(QStringLiteral("lightPanel"));
+  lit_ = new QCheckBox(tr("Light and shade"), this);
+  lit_->setChecked(true);
+  lit_->setToolTip(tr("Without it the surface shows its plain colours"));
+  ambient_ = new ValueSlider("ambient", 0.0, 1.0, this);
+  diffuse_ = new ValueSlider("diffuse", 0.0, 1.0, this);
+  raking_ = new QCheckBox(tr("Raking light from a fixed side"), this);
+  raking_->setObjectName(QStringLiteral("raking"));
+  raking_->setToolTip(
+      tr("Else the light comes from the viewer. Light from low down shows tool "
+         "marks and edges."));
+  azimuth_ = new QDial(this);
+  azimuth_->setRange(0, 359);
+  azimuth_->setWrapping(true);
+  azimuth_->setValue(135);
+  azimuth_->setFixedSize(64, 64);
+  azimuth_->setAccessibleName(tr("Side the light comes from, degrees"));
+  elevation_ = new QSlider(Qt::Horizontal, this);
+  elevation_->setRange(0, 90);
+  elevation_->setValue(20);
+  elevation_->setAccessibleName(tr("Height of the light, degrees"));
+  direction_ = new QLabel(this);
+  fov_ = new ValueSlider("fov-x", 10.0, 120.0, this);
+
+  auto* raking = new QHBoxLayout;
+  raking->addWidget(azimuth_);
+  auto* height = new QVBoxLayout;
+  height->addWidget(direction_);
+  height->addWidget(elevation_);
+  height->addStretch(1);
+  raking->addLayout(height, 1);
+  auto* layout = new QVBoxLayout(this);
+  layout->setSpacing(8);
+  layout->addWidget(lit_);
+  layout->addWidget(ambient_);
+  layout->addWidget(diffuse_);
+  layout->addWidget(raking_);
+  layout->addLayout(raking);
+  auto* line = new QFrame(this);
+  line->setFrameShape(QFrame::HLine);
+  layout->addWidget(line);
+  layout->addWidget(fov_);
+  layout->addStretch(1);
+
+  const auto changed = [this] {
+    const bool lit = lit_->isChecked(), raking_on = lit && raking_->isChecked();
+    for (QWidget* widget : std::initializer_list<QWidget*>{ambient_, diffuse_, raking_}) {
+      widget->setEnabled(lit);
+    }
+    azimuth_->setEnabled(raking_on);
+    elevation_->setEnabled(raking_on);
+    direction_->setEnabled(raking_on);
+    direction_->setText(tr("from %1°, %2° high").arg(azimuth_->value()).arg(elevation_->value()));
+    Q_EMIT lightingChanged();
+  };
+  connect(lit_, &QCheckBox::toggled, this, changed);
+  connect(raking_, &QCheckBox::toggled, this, changed);
+  connect(ambient_, &ValueSlider::valueChanged, this, changed);
+  connect(diffuse_, &ValueSlider::valueChanged, this, changed);
+  connect(azimuth_, &QDial::valueChanged, this, changed);
+  connect(elevation_, &QSlider::valueChanged, this, changed);
+  connect(fov_, &ValueSlider::valueChanged, this, &LightPanel::fieldOfViewChanged);
+  changed();
+}
+
+void LightPanel::setAxes(const Vec3d& east, const Vec3d& north, const Vec3d& up) {
+  east_ = east;
+  north_ = north;
+  up_ = up;
+}
+
+Lighting LightPanel::lighting() const {
+  Lighting lighting;
+  lighting.unlit = !lit_->isChecked();
+  lighting.ambient = ambient_->value();
+  lighting.diffuse = diffuse_->value();
+  lighting.headlight = !raking_->isChecked();
+  // The dial's 0 is at the bottom and it turns clockwise: bottom is south, towards the viewer of
+  // the front view.
+  const double azimuth = (azimuth_->value() + 180) * kDegree;
+  const double elevation = elevation_->value() * kDegree;
+  lighting.to_light =
+      (north_ * std::cos(azimuth) + east_ * std::sin(azimuth)) * std::cos(elevation) +
+      up_ * std::sin(elevation);
+  return lighting;
+}
+
+PhotographPanel::PhotographPanel(QWidget* parent) : QWidget(parent) {
+  setObjectName(QStringLiteral("photographPanel"));
+  filter_ = new QLineEdit(this);
+  filter_->setPlaceholderText(tr("Search by name"));
+  filter_->setClearButtonEnabled(true);
+  filter_->setAccessibleName(tr("Search photographs by name"));
+  list_ = new QListWidget(this);
+  list_->setObjectName(QStringLiteral("photographs"));
+  list_->setAccessibleName(tr("Photographs"));
+  list_->setUniformItemSizes(true);
+  count_ = new QLabel(this);
+  count_->setWordWrap(true);
+  opacity_ = new QSlider(Qt::Horizontal, this);
+  opacity_->setObjectName(QStringLiteral("opacity"));
+  opacity_->setRange(0, 100);
+  opacity_->setAccessibleName(tr("Opacity of the photograph over the view"));
+  auto* over = new QHBoxLayout;
+  over->addWidget(new QLabel(tr("Photograph over the view"), this));
+  over->addWidget(opacity_, 1);
+  auto* layout = new QVBoxLayout(this);
+  layout->addWidget(filter_);
+  layout->addWidget(list_, 1);
+  layout->addWidget(count_);
+  layout->addLayout(over);
+  connect(filter_, &QLineEdit::textChanged, this, &PhotographPanel::filter);
+  connect(list_, &QListWidget::currentRowChanged, this, [this](int row) {
+    if (row >= 0) Q_EMIT photographChosen(static_cast<std::size_t>(row));
+  });
+  connect(opacity_, &QSlider::valueChanged, this,
+          [this](int value) { Q_EMIT opacityChanged(value / 100.0); });
+}
+
+void PhotographPanel::setSurvey(std::shared_ptr<const Survey> survey) {
+  survey_ = std::move(survey);
+  const QSignalBlocker blocker(list_);
+  list_->clear();
+  count_->clear();
+  if (!survey_) return;
+  std::size_t found = 0;
+  for (const Photograph& photograph : survey_->photographs) {
+    auto* item = new QListWidgetItem(QString::fromStdString(photograph.name), list_);
+    if (photograph.path.empty()) {
+      item->setForeground(theme::kDim);
+      item->setToolTip(tr("The file was not found; its camera is known"));
+    } else {
+      item->setToolTip(QString::fromStdString(photograph.path));
+      ++found;
+    }
+  }
+  count_->setText(
+      tr("%1 photographs, %2 with their file").arg(survey_->photographs.size()).arg(found));
+  filter(filter_->text());
+}
+
+void PhotographPanel::step(int by) {
+  const int count = list_->count();
+  if (count == 0) return;
+  int row = list_->currentRow();
+  if (row < 0) row = by > 0 ? -1 : count;
+  for (int tried = 0; tried < count; ++tried) {
+    row = (row + by + count) % count;
+    if (!list_->item(row)->isHidden()) break;
+  }
+  if (row == list_->currentRow()) {
+    Q_EMIT photographChosen(static_cast<std::size_t>(row));
+  } else {
+    list_->setCurrentRow(row);
+  }
+}
+
+void PhotographPanel::filter(const QString& text) {
+  for (int i = 0; i < list_->count(); ++i) {
+    list_->item(i)->setHidden(!list_->item(i)->text().contains(text, Qt::CaseInsensitive));
+  }
+}
+
+}  // namespace sherd

@@ -1,0 +1,191 @@
+#include "app/project/project.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "app/project/project_json.h"
+#include "app/project/project_lock.h"
+#include "app/project/survey_file.h"
+#include "metaball/atomic_file.h"
+#include "metaball/error.h"
+#include "metaball/metaball_file.h"
+
+namespace sherd {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string LevelNames(const std::vector<LevelEntry>& levels) {
+  std::string names;
+  for (const LevelEntry& level : levels) names += (names.empty() ? "" : ", ") + level.name;
+  return names;
+}
+
+}  // namespace
+
+Project Project::Open(const std::string& path) {
+  Project project;
+  project.path_ = path;
+  ProjectJson::Read(ProjectJson::Load(path), &project);
+  return project;
+}
+
+bool Project::IsProjectFile(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  char begin[256] = {};
+  in.read(begin, sizeof begin - 1);
+  const std::string text(begin, static_cast<std::size_t>(in.gcount()));
+  return text.find("\"format\"") != std::string::npos &&
+         text.find("\"sherd project\"") != std::string::npos;
+}
+
+std::string Project::title() const { return fs::path(path_).stem().string(); }
+
+std::string Project::Resolve(const std::string& relative) const {
+  if (relative.empty()) return "";
+  return (fs::path(Folder()) / relative).lexically_normal().string();
+}
+
+std::string Project::Folder() const {
+  std::error_code error;
+  return fs::absolute(path_, error).lexically_normal().parent_path().string();
+}
+
+void Project::Save() {
+  const ProjectLock lock(path_, fs::path(Resolve(survey_file_)).parent_path().string());
+  SaveLocked();
+}
+
+void Project::CheckUnchanged() const {
+  if (!IsProjectFile(path_)) return;
+  Project on_disk;
+  on_disk.path_ = path_;
+  try {
+    ProjectJson::Read(ProjectJson::Load(path_), &on_disk);
+  } catch (const InputError&) {
+    return;  // damaged: saving mends it
+  }
+  if (on_disk.revision_ != revision_) {
+    throw OutputError(path_, "was changed by another program since it was opened; open it again");
+  }
+}
+
+void Project::SaveLocked() {
+  CheckUnchanged();
+  ++revision_;
+  try {
+    const std::string text = ProjectJson::Write(*this);
+    AtomicFile file(path_);
+    file.Write(text.data(), text.size());
+    file.Commit();
+  } catch (...) {
+    --revision_;
+    throw;
+  }
+}
+
+const LevelEntry& Project::FindLevel(const std::string& name) const {
+  for (const LevelEntry& level : levels_) {
+    if (level.name == name) return level;
+  }
+  // "63000" and "0.063M" mean the same level.
+  std::uint64_t count = 0;
+  try {
+    count = ParseCount(name);
+  } catch (const InputError&) {
+  }
+  for (const LevelEntry& level : levels_) {
+    if (count > 0 && level.stats.target_count == count) return level;
+  }
+  throw InputError(path_, "", "has no level \"" + name + "\"",
+                   levels_.empty()
+                       ? "build levels first: sherd build " + path_ + " --levels 63k,126k,252k,502k"
+                       : "its levels are " + LevelNames(levels_));
+}
+
+const LevelEntry& Project::LargestLevel() const {
+  const auto it = std::max_element(
+      levels_.begin(), levels_.end(),
+      [](const LevelEntry& a, const LevelEntry& b) { return a.stats.count < b.stats.count; });
+  if (it == levels_.end()) {
+    throw InputError(path_, "", "has no levels yet",
+                     "build some first: sherd build " + path_ + " --levels 63k,126k,252k,502k");
+  }
+  return *it;
+}
+
+std::shared_ptr<const Survey> Project::LoadSurveyFromCache(const Control& control) const {
+  const std::string file = Resolve(survey_file_);
+  const fs::path data_folder = fs::path(file).parent_path();
+  std::error_code error;
+  if (!fs::exists(data_folder, error)) {
+    throw InputError(data_folder.string(), "", "the project's data folder is missing",
+                     "keep it beside " + path_ + ", or import the survey again");
+  }
+  auto survey = std::make_shared<Survey>(ReadSurveyFile(file, control));
+  survey->metres_per_unit = metres_per_unit_;
+  survey->up = up_;
+  survey->warnings = import_.warnings;
+
+  std::vector<Photograph> lost;
+  std::vector<std::size_t> lost_idx;
+  for (std::size_t i = 0; i < survey->photographs.size(); ++i) {
+    Photograph& photograph = survey->photographs[i];
+    if (!photograph.path.empty()) photograph.path = Resolve(photograph.path);
+    if (photograph.path.empty() || !fs::exists(photograph.path, error)) {
+      photograph.path.clear();
+      lost.push_back(photograph);
+      lost_idx.push_back(i);
+    }
+  }
+  if (!lost.empty()) {
+    const fs::path project_folder = Folder();
+    const fs::path source = import_.source;
+    std::vector<std::string> folders;
+    for (const fs::path& folder : {fs::path(import_.photo_folder), source / "images", source,
+                                   project_folder / "images", project_folder}) {
+      if (!folder.empty() && fs::is_directory(folder, error)) folders.push_back(folder.string());
+    }
+    FindPhotographs(folders, &lost);
+    for (std::size_t i = 0; i < lost.size(); ++i) {
+      survey->photographs[lost_idx[i]].path = lost[i].path;
+    }
+  }
+  return survey;
+}
+
+ViewContext Project::MakeViewContext(const Survey* survey) const {
+  ViewContext context;
+  context.bounds = bounds_;
+  context.up = up_;
+  context.front = front_;
+  context.survey = survey;
+  context.points = ReadOutlineFile(Resolve(outline_file_));
+  return context;
+}
+
+std::shared_ptr<const Level> Project::LoadLevel(const std::string& name,
+                                                const Control& control) const {
+  const LevelEntry& entry = FindLevel(name);
+  const fs::path folder = Resolve(entry.folder);
+  const std::string rebuild = "build it again: sherd build " + path_ + " --levels " + entry.name;
+  std::error_code error;
+  for (const char* file : {"cloud.metaballs", "attributes.bin"}) {
+    if (!fs::exists(folder / file, error)) {
+      throw InputError((folder / file).string(), "",
+                       "is missing, so level " + entry.name + " cannot be shown", rebuild);
+    }
+  }
+  auto level = std::make_shared<Level>();
+  MetaballFile cloud = ReadMetaballFile((folder / "cloud.metaballs").string());
+  level->cloud = std::move(cloud.cloud);
+  control.ThrowIfStopped();
+  ReadLevelAttributes((folder / "attributes.bin").string(), import_.photographs, level.get(),
+                      control);
+  level->name = entry.name;
+  level->stats = entry.stats;
+  return level;
+}
+
+}  // namespace sherd

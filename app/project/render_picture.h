@@ -1,0 +1,50 @@
+// Pictures of any size, with the colours of the metaballs or of the photographs.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+#include "metaball/renderer.h"
+#include "reconstruction/level.h"
+#include "reconstruction/photographs.h"
+
+namespace sherd {
+
+// A renderer that gives every hit the colour the photographs show there. The scene it is given must
+// hold the level's cloud.
+class PhotographRenderer final : public Renderer {
+ public:
+  // `inner` and `level` must outlive it. memory_mb bounds the photographs' pixels held.
+  PhotographRenderer(Renderer* inner, const Survey& survey, const Level* level,
+                     int memory_mb = 1024);
+
+  Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
+               const Control& control = {}) override;
+  std::string backend() const override { return inner_->backend(); }
+  std::string device() const override { return inner_->device(); }
+
+  // Sums over all pictures so far.
+  const PhotoShadingStats& photo_stats() const { return stats_; }
+
+ private:
+  Renderer* inner_;
+  const Level* level_;
+  PhotographShader shader_;
+  PhotoShadingStats stats_;
+};
+
+// The rows of a picture that are rendered at once so that a strip's planes stay below max_bytes: at
+// least one row.
+int StripRows(const Camera& camera, const Planes& planes, std::size_t max_bytes);
+
+inline constexpr std::size_t kStripBytes = std::size_t{384} << 20;
+
+// Renders from the top in strips as StripRows says; `sink` receives each. Returns the sums of the
+// strips' figures. Throws as Renderer::Render and what `sink` throws.
+RenderStats RenderInStrips(Renderer* renderer, const Scene& scene, const Camera& camera,
+                           const RenderSettings& settings,
+                           const std::function<void(Frame&& strip)>& sink,
+                           const Control& control = {}, std::size_t max_bytes = kStripBytes);
+
+}  // namespace sherd

@@ -1,0 +1,16 @@
+// The renderer on a GPU itself; programs take it through MakeRenderer (renderers.h), which adds the
+// way back to the CPU.
+#pragma once
+
+#include <memory>
+
+#include "cuda/profiling.h"
+
+namespace sherd {
+
+// Throws DeviceError when no GPU can be used (QueryCuda says why), also in a build without CUDA.
+// Render throws DeviceError when the GPU fails in the middle, ResourceError when the scene or the
+// smallest part of the picture does not fit in its memory.
+std::unique_ptr<ProfilingRenderer> MakeCudaRenderer();
+
+}  // namespace sherd

@@ -1,0 +1,44 @@
+#include "cuda/host_loop.h"
+
+#include <string>
+
+#include "cuda/frame_pipeline.h"
+#include "cuda/host_machine.h"
+
+namespace sherd {
+namespace {
+
+class HostLoopRenderer final : public Renderer {
+ public:
+  explicit HostLoopRenderer(const HostLoopOptions& options)
+      : pipeline_(HostMachine<false>(options.memory_bytes, options.order)) {}
+
+  std::string backend() const override { return "host-loop"; }
+  std::string device() const override { return "the CUDA kernels' bodies on the CPU"; }
+
+  Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
+               const Control& control) override {
+    Frame frame = pipeline_.Render(scene, camera, settings, control);
+    frame.stats.backend = backend();
+    frame.stats.device = device();
+    return frame;
+  }
+
+ private:
+  FramePipeline<HostMachine<false>> pipeline_;
+};
+
+}  // namespace
+
+std::unique_ptr<Renderer> MakeHostLoopRenderer(const HostLoopOptions& options) {
+  return std::make_unique<HostLoopRenderer>(options);
+}
+
+FrameWork CountFrameWork(const Scene& scene, const Camera& camera, const RenderSettings& settings) {
+  FramePipeline<HostMachine<true>> pipeline(
+      HostMachine<true>(HostLoopOptions{}.memory_bytes, kernels::ThreadOrder::kForward));
+  pipeline.Render(scene, camera, settings, {});
+  return pipeline.work();
+}
+
+}  // namespace sherd

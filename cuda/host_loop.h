@@ -1,0 +1,27 @@
+// The CUDA renderer's kernels and pipeline, run on the CPU by plain loops: the same text as on the
+// GPU, for machines that have none. For tests and checks, not for speed.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "cuda/kernels/block.h"
+#include "cuda/machine.h"
+#include "metaball/renderer.h"
+
+namespace sherd {
+
+struct HostLoopOptions {
+  // What the pipeline may reserve; smaller values make it render in parts or refuse.
+  std::uint64_t memory_bytes = std::uint64_t{64} << 30;
+  // The order in which the threads of a block run between two barriers.
+  kernels::ThreadOrder order = kernels::ThreadOrder::kForward;
+};
+
+// backend() is "host-loop".
+std::unique_ptr<Renderer> MakeHostLoopRenderer(const HostLoopOptions& options = {});
+
+// The operations that the kernels would do for this frame, counted.
+FrameWork CountFrameWork(const Scene& scene, const Camera& camera, const RenderSettings& settings);
+
+}  // namespace sherd

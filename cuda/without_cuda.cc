@@ -1,0 +1,14 @@
+// What a build without the CUDA toolkit answers.
+#include "cuda/cuda_renderer.h"
+#include "cuda/renderers.h"
+#include "metaball/error.h"
+
+namespace sherd {
+
+CudaStatus QueryCuda() { return {false, "", "built without CUDA"}; }
+
+std::unique_ptr<ProfilingRenderer> MakeCudaRenderer() {
+  throw DeviceError("CUDA", 0, "built without CUDA");
+}
+
+}  // namespace sherd

@@ -1,0 +1,29 @@
+// Points grouped into a target number of cells. Internal to reconstruction/.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "metaball/control.h"
+#include "metaball/vec.h"
+
+namespace sherd {
+
+// The points of cell c are point_idx[cell_begin[c] .. cell_begin[c + 1]).
+struct PointCells {
+  std::vector<std::uint32_t> cell_begin;  // cells + 1
+  std::vector<std::uint32_t> point_idx;   // every point once
+  double voxel_size = 0;                  // world units; 0 where every point is a cell of its own
+
+  std::size_t size() const { return cell_begin.empty() ? 0 : cell_begin.size() - 1; }
+};
+
+// A voxel grid whose voxel size is searched for so that `target` voxels hold points; what the
+// search leaves over is merged into neighbours (the emptiest voxels first), what it leaves short is
+// made up by splitting the fullest voxels. target >= n: every point by itself. Deterministic, one
+// thread. Fast where `positions` (finite) are ordered so that neighbours in space are neighbours in
+// memory. Throws Cancelled.
+PointCells GroupPoints(const std::vector<Vec3d>& positions, std::uint64_t target,
+                       const Control& control = {});
+
+}  // namespace sherd

@@ -1,0 +1,32 @@
+// A photograph's file, read row by row. Internal to reconstruction/: OpenImageIO stays in the .cc.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "metaball/vec.h"
+
+namespace sherd {
+
+class PhotoFile {
+ public:
+  // Opens the file and reads its header. Throws InputError. EXIF orientation is not applied.
+  explicit PhotoFile(const std::string& path);
+  ~PhotoFile();
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+  // Calls take(row) for every row from the top, `row` holding width() linear colours; one channel
+  // is taken as grey, a fourth is left out. In strips, never the whole picture. Throws InputError.
+  void ReadRows(const std::function<void(const Vec3f* row)>& take);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  std::string path_;
+  int width_ = 0, height_ = 0;
+};
+
+}  // namespace sherd

@@ -1,0 +1,189 @@
+// What all levels of a survey share: stray points removed, local spacing, normals.
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "metaball/error.h"
+#include "metaball/morton.h"
+#include "reconstruction/level.h"
+#include "reconstruction/memory.h"
+#include "reconstruction/neighbors.h"
+#include "reconstruction/outliers.h"
+#include "reconstruction/parallel.h"
+#include "reconstruction/photo_lists.h"
+#include "reconstruction/seen_through.h"
+
+namespace sherd {
+namespace {
+
+constexpr int kNeighbors = kOutlierNeighbors;  // for the normals too, the point not counted
+constexpr int kSpacingNeighbors = 8;           // for the spacing
+constexpr std::size_t kBlock = 4096;
+
+// Neighbours in space become neighbours in memory: every later pass is faster for it, and no
+// result depends on the order of the input file.
+std::vector<std::uint32_t> MortonOrder(const std::vector<Vec3d>& positions) {
+  const SearchFrame frame = SearchFrame::For(positions);
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> keyed;
+  keyed.reserve(positions.size());
+  const auto coordinate = [](float v) {
+    return static_cast<std::uint32_t>(
+        std::clamp((static_cast<double>(v) + 4.0) / 8.0 * 2097151.0, 0.0, 2097151.0));
+  };
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (!IsFinite(positions[i])) continue;
+    const Vec3f p = frame.Local(positions[i]);
+    keyed.emplace_back(MortonKey63(coordinate(p.x), coordinate(p.y), coordinate(p.z)),
+                       static_cast<std::uint32_t>(i));
+  }
+  std::sort(keyed.begin(), keyed.end());
+  std::vector<std::uint32_t> order;
+  order.reserve(keyed.size());
+  for (const auto& [key, i] : keyed) order.push_back(i);
+  return order;
+}
+
+// The direction in which the points around `positions[i]` vary least.
+Vec3d LeastVariation(const std::vector<Vec3d>& positions, const int* idx, int count) {
+  Vec3d mean{};
+  for (int j = 0; j < count; ++j) mean += positions[idx[j]] - positions[idx[0]];
+  mean = mean / double(count);
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  for (int j = 0; j < count; ++j) {
+    const Vec3d d = positions[idx[j]] - positions[idx[0]] - mean;
+    const Eigen::Vector3d v(d.x, d.y, d.z);
+    covariance += v * v.transpose();
+  }
+  const double trace = covariance.trace();
+  if (!(trace > 0) || !std::isfinite(trace)) return {0, 0, 1};
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.compute(covariance / trace);
+  const Eigen::Vector3d n = solver.eigenvectors().col(0);
+  return Normalized(Vec3d{n.x(), n.y(), n.z()});
+}
+
+// Where a surface at point i is looked at from: the mean direction to the photographs that see it;
+// to all photographs where that is not known; outwards where there are none.
+class Viewers {
+ public:
+  Viewers(const Survey& survey, const SurveyPoints& points) : points_(points) {
+    for (const Photograph& photo : survey.photographs) {
+      centers_.push_back(photo.cam_from_world.Center());
+    }
+    const Box3d box = RobustBounds(points.position);
+    middle_ = box.min * 0.5 + box.max * 0.5;
+  }
+
+  Vec3d DirectionAt(std::size_t i) const {
+    const Vec3d& p = points_.position[i];
+    Vec3d sum{};
+    if (!points_.photo_begin.empty()) {
+      for (std::uint64_t j = points_.photo_begin[i]; j < points_.photo_begin[i + 1]; ++j) {
+        sum += Normalized(centers_[points_.photo_idx[j]] - p, Vec3d{});
+      }
+    }
+    if (Length(sum) > 0) return sum;
+    for (const Vec3d& center : centers_) sum += Normalized(center - p, Vec3d{});
+    return Length(sum) > 0 ? sum : p - middle_;
+  }
+
+ private:
+  const SurveyPoints& points_;
+  std::vector<Vec3d> centers_;
+  Vec3d middle_{};
+};
+
+bool IsUsableNormal(const Vec3f& n) {
+  const float length = Length(n);
+  return length > 0.1f && length < 10.0f;  // false for NaN
+}
+
+}  // namespace
+
+PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const Control& control) {
+  const std::size_t source = survey.points.size();
+  if (source == 0) {
+    throw InputError("", "", "the survey holds no points",
+                     "a sparse model with points or a fused cloud is needed");
+  }
+  if (source > UINT32_MAX) {
+    throw ResourceError("more than 4294967295 points cannot be prepared; load a thinned cloud",
+                        source, UINT32_MAX);
+  }
+  // The copy in Morton order, the keys, PCL's points and tree, the neighbour figures.
+  CheckMemory("preparing " + std::to_string(source) + " points",
+              survey.points.MemoryBytes() + source * (16 + 16 + 24 + 8 + 12));
+  control.ThrowIfStopped();
+  control.Report("sorting points", 0.0);
+  PreparedPoints out;
+  out.source_points = source;
+  {
+    const std::vector<std::uint32_t> order = MortonOrder(survey.points.position);
+    out.outliers = source - order.size();  // not finite
+    out.points = Gather(survey.points, order);
+  }
+  const std::size_t n = out.points.size();
+  if (n == 0) throw InputError("", "", "the survey holds no point with finite coordinates");
+  control.ThrowIfStopped();
+  control.Report("building the search tree", 0.05);
+  const NeighborSearch search(out.points.position);
+  control.ThrowIfStopped();
+
+  out.spacing.assign(n, 0.0f);
+  std::vector<float> mean(n, 0.0f);
+  const bool own_normals = out.points.normal.size() == n;
+  if (!own_normals) out.points.normal.assign(n, Vec3f{});
+  const Viewers viewers(survey, out.points);
+  ParallelBlocks(
+      n, kBlock,
+      [&](std::size_t begin, std::size_t end) {
+        int idx[kNeighbors + 1];
+        float distance[kNeighbors + 1];
+        for (std::size_t i = begin; i < end; ++i) {
+          const int count = search.Nearest(i, kNeighbors + 1, idx, distance);
+          double sum = 0;
+          for (int j = 1; j < count; ++j) sum += distance[j];
+          if (count > 1) mean[i] = static_cast<float>(sum / (count - 1));
+          const int k = std::min(kSpacingNeighbors, count - 1);
+          if (k > 0) {
+            out.spacing[i] = static_cast<float>(distance[k] * std::sqrt(std::numbers::pi / k));
+          }
+          Vec3f& normal = out.points.normal[i];
+          if (own_normals && IsUsableNormal(normal)) {
+            normal = Normalized(normal);
+          } else {
+            const Vec3d least = LeastVariation(out.points.position, idx, count);
+            const Vec3d towards = viewers.DirectionAt(i);
+            normal = (Dot(least, towards) < 0 ? -least : least).cast<float>();
+          }
+        }
+      },
+      control, "measuring the spacing", 0.1, 0.7);
+
+  if (remove_outliers && n > 4 * kNeighbors) {
+    std::vector<bool> outlier = FindOutliers(search, mean, out.spacing, control);
+    std::vector<float> sorted = out.spacing;
+    std::nth_element(sorted.begin(), sorted.begin() + n / 2, sorted.end());
+    const std::vector<bool> seen_through =
+        FindSeenThrough(survey, out.points, sorted[n / 2], control);
+    for (std::size_t i = 0; i < n; ++i) outlier[i] = outlier[i] || seen_through[i];
+    std::vector<std::uint32_t> kept;
+    kept.reserve(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!outlier[i]) kept.push_back(static_cast<std::uint32_t>(i));
+    }
+    if (kept.size() < n) {
+      out.outliers += n - kept.size();
+      out.points = Gather(out.points, kept);
+      std::size_t write = 0;
+      for (const std::uint32_t i : kept) out.spacing[write++] = out.spacing[i];
+      out.spacing.resize(write);
+    }
+  }
+  control.Report("points prepared", 1.0);
+  return out;
+}
+
+}  // namespace sherd

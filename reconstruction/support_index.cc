@@ -1,0 +1,110 @@
+#include "reconstruction/support_index.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sherd {
+
+SupportIndex::SupportIndex(const Cloud& cloud) {
+  if (cloud.empty()) {
+    table_.resize(16);
+    return;
+  }
+  const Box3f box = cloud.CenterBox();
+  std::vector<float> radii;
+  radii.reserve(cloud.size());
+  for (std::size_t i = 0; i < cloud.size(); ++i) radii.push_back(cloud.RadiusOf(i));
+  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
+  std::nth_element(radii.begin(), middle, radii.end());
+  const float largest = *std::max_element(radii.begin(), radii.end());
+  const Vec3f size = box.max - box.min;
+  const float extent = std::max({size.x, size.y, size.z}) + 2 * largest;
+  // At most 2^20 cells on a side; and the largest support spans at most a few dozen of them.
+  const float cell = std::max({2.0f * *middle, extent * 0x1p-20f, largest / 16});
+  inverse_cell_ = 1 / cell;
+  min_ = box.min - Vec3f{largest + cell, largest + cell, largest + cell};
+
+  const auto for_cells = [&](std::size_t i, const auto& visit) {
+    const float r = cloud.RadiusOf(i);
+    const Vec3f lo = (cloud.center[i] - min_ - Vec3f{r, r, r}) * inverse_cell_;
+    const Vec3f hi = (cloud.center[i] - min_ + Vec3f{r, r, r}) * inverse_cell_;
+    for (int z = static_cast<int>(lo.z); z <= static_cast<int>(hi.z); ++z) {
+      for (int y = static_cast<int>(lo.y); y <= static_cast<int>(hi.y); ++y) {
+        for (int x = static_cast<int>(lo.x); x <= static_cast<int>(hi.x); ++x) {
+          // The part of the box that the sphere does not reach.
+          const auto gap = [&](float c, int k) {
+            const float a = static_cast<float>(k) * cell, b = a + cell;
+            return c < a ? a - c : c > b ? c - b : 0.0f;
+          };
+          const Vec3f c = cloud.center[i] - min_;
+          const Vec3f d{gap(c.x, x), gap(c.y, y), gap(c.z, z)};
+          if (Dot(d, d) <= r * r * 1.0001f) visit(KeyOf(x, y, z));
+        }
+      }
+    }
+  };
+  // Count, place, fill.
+  std::size_t capacity = 1024;
+  while (capacity < 4 * cloud.size()) capacity *= 2;
+  table_.resize(capacity);
+  std::size_t used = 0;
+  std::uint64_t total = 0;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    for_cells(i, [&](std::uint64_t key) {
+      std::size_t slot = Find(key);
+      if (table_[slot].key == 0) {
+        if (2 * (used + 1) > table_.size()) {
+          std::vector<Slot> old(table_.size() * 2);
+          old.swap(table_);
+          for (const Slot& s : old) {
+            if (s.key != 0) table_[Find(s.key)] = s;
+          }
+          slot = Find(key);
+        }
+        table_[slot].key = key;
+        ++used;
+      }
+      ++table_[slot].end;
+      ++total;
+    });
+  }
+  entries_.resize(total);
+  std::uint32_t begin = 0;
+  for (Slot& slot : table_) {
+    const std::uint32_t count = slot.end;
+    slot.begin = slot.end = begin;
+    begin += count;
+  }
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    for_cells(i, [&](std::uint64_t key) {
+      entries_[table_[Find(key)].end++] = static_cast<std::uint32_t>(i);
+    });
+  }
+}
+
+std::uint64_t SupportIndex::KeyOf(int x, int y, int z) const {
+  return (static_cast<std::uint64_t>(x) << 42 | static_cast<std::uint64_t>(y) << 21 |
+          static_cast<std::uint64_t>(z)) +
+         1;
+}
+
+std::size_t SupportIndex::Find(std::uint64_t key) const {
+  const std::size_t mask = table_.size() - 1;
+  std::uint64_t hash = key * 0x9e3779b97f4a7c15ull;
+  std::size_t slot = static_cast<std::size_t>(hash >> 20) & mask;
+  while (table_[slot].key != 0 && table_[slot].key != key) slot = (slot + 1) & mask;
+  return slot;
+}
+
+SupportIndex::Range SupportIndex::At(const Vec3f& p) const {
+  const Vec3f q = (p - min_) * inverse_cell_;
+  if (!(q.x >= 0 && q.y >= 0 && q.z >= 0 && q.x < 0x1p21f && q.y < 0x1p21f && q.z < 0x1p21f)) {
+    return {};
+  }
+  const Slot& slot =
+      table_[Find(KeyOf(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z)))];
+  if (slot.key == 0) return {};
+  return {entries_.data() + slot.begin, entries_.data() + slot.end};
+}
+
+}  // namespace sherd

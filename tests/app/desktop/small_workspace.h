@@ -1,0 +1,16 @@
+// A COLMAP workspace of a bumpy square, small enough to be made and imported in a moment: sparse
+// text model with tracks, four photographs, no dense cloud.
+#pragma once
+
+#include <QString>
+
+namespace sherd {
+
+// Writes into `folder` (made if missing): sparse/0/*.txt and images/. About `points` points on
+// [-1, 1]^2, z up.
+void writeSmallWorkspace(const QString& folder, int points);
+
+// The same surface as a PLY with x y z radius red green blue.
+void writeSmallPly(const QString& path, int points);
+
+}  // namespace sherd

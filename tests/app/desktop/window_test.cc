@@ -1,0 +1,792 @@
+// Drives the real window with real mouse and key events; every test leaves a screenshot in
+// test-output/desktop/ of the build folder.
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QLabel>
+#include <QLineEdit>
+#include <QListWidget>
+#include <QMessageBox>
+#include <QMimeData>
+#include <QPushButton>
+#include <QSettings>
+#include <QSignalSpy>
+#include <QTemporaryDir>
+#include <QToolButton>
+#include <QTreeWidget>
+#include <QtTest>
+
+#include "app/desktop/dialogs.h"
+#include "app/desktop/info_strip.h"
+#include "app/desktop/main_window.h"
+#include "app/desktop/side_panels.h"
+#include "app/desktop/theme.h"
+#include "app/desktop/value_slider.h"
+#include "tests/app/desktop/small_workspace.h"
+
+using namespace sherd;
+
+namespace {
+
+constexpr int kWait = 60000;
+constexpr int kPoints = 4000;
+
+// The only visible widget of a type and name, or null.
+template <class T>
+T* shown(const QWidget* root, const QString& name = {}) {
+  for (T* widget : root->findChildren<T*>(name)) {
+    if (widget->isVisible()) return widget;
+  }
+  return nullptr;
+}
+
+double changedShare(const QImage& a, const QImage& b) {
+  if (a.size() != b.size()) return 1.0;
+  qsizetype changed = 0;
+  for (int y = 0; y < a.height(); ++y) {
+    for (int x = 0; x < a.width(); ++x) changed += a.pixel(x, y) != b.pixel(x, y);
+  }
+  return static_cast<double>(changed) / (static_cast<double>(a.width()) * a.height());
+}
+
+}  // namespace
+
+class WindowTest : public QObject {
+  Q_OBJECT
+
+ private Q_SLOTS:
+  void initTestCase();
+  void init();
+  void cleanup();
+
+  void emptyWindow();
+  void importByDialog();
+  void fourLinkedPanes();
+  void opensABareCloud();
+  void opensWhatIsDropped();
+  void switchesLevels();
+  void orbitsPansAndZoomsByMouse();
+  void doubleClickCentres();
+  void breaksTheLink();
+  void changesThresholdAndRadius();
+  void presetAndProjectionKeys();
+  void arrowKeysMove();
+  void layoutKeys();
+  void showsThePositionUnderTheCursor();
+  void looksThroughPhotographs();
+  void coloursFromPhotographs();
+  void rakingLight();
+  void setsTheScale();
+  void exportsAScreenshot();
+  void exportsTheSheet();
+  void cancelsAnExport();
+  void cancelsAnImport();
+  void buildsMoreLevels();
+  void badFilesEndInADialog();
+  void unwritableExportEndsInADialog();
+  void remembersWindowAndFiles();
+  void helpAndAbout();
+
+ private:
+  void open(const QString& path);
+  void settle();  // every pane shows its final picture
+  void keep(QWidget* widget, const QString& name);
+  ViewPane* pane(int i) const { return window_->grid()->panes().at(static_cast<std::size_t>(i)); }
+  QImage picture(int i) const {
+    const auto& view = pane(i)->canvas()->view();
+    return view ? view->image : QImage();
+  }
+  QPoint middle(int i) const { return pane(i)->canvas()->rect().center(); }
+  void key(Qt::Key key, Qt::KeyboardModifiers modifiers = {}) {
+    QTest::keyClick(pane(0)->canvas(), key, modifiers);
+  }
+
+  QTemporaryDir dir_;
+  QString workspace_, project_;
+  std::unique_ptr<MainWindow> window_;
+};
+
+void WindowTest::initTestCase() {
+  QVERIFY(dir_.isValid());
+  QCoreApplication::setOrganizationName(QStringLiteral("sherd-test"));
+  QCoreApplication::setApplicationVersion(QStringLiteral("0"));
+  QSettings::setDefaultFormat(QSettings::IniFormat);
+  QSettings::setPath(QSettings::IniFormat, QSettings::UserScope, dir_.path());
+  QVERIFY(QDir().mkpath(QStringLiteral(SHERD_OUTPUT_DIR)));
+  theme::apply(qApp);
+  workspace_ = dir_.filePath(QStringLiteral("survey"));
+  writeSmallWorkspace(workspace_, kPoints);
+  // The project that most tests open.
+  ImportOptions options;
+  options.source = workspace_.toStdString();
+  project_ = dir_.filePath(QStringLiteral("dig.sherd"));
+  options.metres_per_unit = 0.5;
+  Project project = ImportSurvey(options, project_.toStdString());
+  BuildLevels(&project, {500, 1000, 2000, 4000}, {});
+}
+
+void WindowTest::init() {
+  QSettings().clear();
+  window_ = std::make_unique<MainWindow>(MakeRenderer);
+  window_->resize(1400, 900);
+  window_->show();
+  window_->activateWindow();
+  QVERIFY(QTest::qWaitForWindowActive(window_.get()));
+}
+
+void WindowTest::cleanup() {
+  if (window_) {
+    const QString name = QString::fromLatin1(QTest::currentTestFunction());
+    if (QTest::currentTestFailed()) keep(window_.get(), name + QStringLiteral("_failed"));
+  }
+  window_.reset();
+}
+
+void WindowTest::keep(QWidget* widget, const QString& name) {
+  const QString path = QStringLiteral(SHERD_OUTPUT_DIR "/%1.png").arg(name);
+  QVERIFY(widget->grab().save(path));
+}
+
+void WindowTest::settle() {
+  QTRY_VERIFY_WITH_TIMEOUT(
+      std::all_of(window_->grid()->panes().begin(), window_->grid()->panes().end(),
+                  [](const ViewPane* p) { return p->level() != nullptr; }),
+      kWait);
+  QTRY_VERIFY_WITH_TIMEOUT(window_->grid()->queue()->isIdle(), kWait);
+  // What the worker has sent is on its way to the panes.
+  QTRY_VERIFY_WITH_TIMEOUT(
+      [this] {
+        for (const ViewPane* p : window_->grid()->panes()) {
+          const auto& view = p->canvas()->view();
+          if (!view || !view->final || view->image.size() != p->canvas()->pixelSize()) return false;
+        }
+        return true;
+      }(),
+      kWait);
+}
+
+void WindowTest::open(const QString& path) {
+  QSignalSpy opened(window_.get(), &MainWindow::documentOpened);
+  window_->openPath(path);
+  QVERIFY(opened.wait(kWait));
+  settle();
+}
+
+void WindowTest::emptyWindow() {
+  QVERIFY(shown<QLabel>(window_.get()));
+  QVERIFY(!window_->grid()->isVisible());
+  keep(window_.get(), QStringLiteral("empty"));
+}
+
+void WindowTest::importByDialog() {
+  window_->openPath(workspace_);
+  QTRY_VERIFY_WITH_TIMEOUT(shown<ImportDialog>(window_.get()), kWait);
+  auto* dialog = shown<ImportDialog>(window_.get());
+  const QString found = dialog->findChild<QLabel*>(QStringLiteral("found"))->text();
+  QVERIFY2(found.contains(QStringLiteral("4 photographs")), qPrintable(found));
+  QVERIFY2(found.contains(QStringLiteral("No dense cloud")), qPrintable(found));
+  auto* levels = dialog->findChild<QLineEdit*>(QStringLiteral("levels"));
+  QVERIFY(!levels->text().isEmpty());
+  auto* import = dialog->findChild<QPushButton*>(QStringLiteral("import"));
+  levels->setText(QStringLiteral("1k, many"));
+  QVERIFY(!import->isEnabled());
+  keep(dialog, QStringLiteral("import_dialog_problem"));
+  levels->setText(QStringLiteral("1k, 3k"));
+  QVERIFY(import->isEnabled());
+  const QString project = dir_.filePath(QStringLiteral("by dialog.sherd"));
+  dialog->findChild<QLineEdit*>(QStringLiteral("project"))->setText(project);
+  dialog->findChild<QLineEdit*>(QStringLiteral("scale"))->setText(QStringLiteral("0.25"));
+  keep(dialog, QStringLiteral("import_dialog"));
+  QSignalSpy opened(window_.get(), &MainWindow::documentOpened);
+  QTest::mouseClick(import, Qt::LeftButton);
+  QVERIFY(opened.wait(kWait));
+  QTRY_VERIFY_WITH_TIMEOUT(shown<QMessageBox>(window_.get(), QStringLiteral("messageBox")), kWait);
+  auto* box = shown<QMessageBox>(window_.get(), QStringLiteral("messageBox"));
+  QVERIFY(box->informativeText().contains(QStringLiteral("All photographs were found")));
+  keep(box, QStringLiteral("import_summary"));
+  QTest::keyClick(box, Qt::Key_Return);
+  settle();
+  QCOMPARE(window_->grid()->paneCount(), 2);
+  QCOMPARE(window_->document()->levels().size(), std::size_t{2});
+  QCOMPARE(*window_->document()->metres_per_unit(), 0.25);
+  QVERIFY(QFileInfo::exists(project));
+  keep(window_.get(), QStringLiteral("imported"));
+}
+
+void WindowTest::fourLinkedPanes() {
+  open(project_);
+  QCOMPARE(window_->grid()->paneCount(), 4);
+  for (int i = 0; i < 4; ++i) {
+    QVERIFY(pane(i)->isLinked());
+    QCOMPARE(pane(i)->levelIndex(), static_cast<std::size_t>(i));
+    QCOMPARE(pane(i)->camera().state(), pane(0)->camera().state());
+    const auto& view = pane(i)->canvas()->view();
+    QVERIFY(view->stats.hits > view->stats.rays / 20);
+    // Pixels of the device, whatever the interface's scale.
+    QCOMPARE(view->image.size(),
+             pane(i)->canvas()->size() * pane(i)->canvas()->devicePixelRatioF());
+    const LevelStats& stats = window_->document()->levels()[static_cast<std::size_t>(i)].stats;
+    QCOMPARE(pane(i)->strip()->value(QStringLiteral("Metaballs")),
+             QString::fromStdString(FormatGrouped(stats.count)));
+    for (const char* caption : {"Spacing", "Radius", "Time", "Device", "Hits"}) {
+      const QString value = pane(i)->strip()->value(QLatin1String(caption));
+      QVERIFY2(!value.isEmpty() && value != QStringLiteral("–"), caption);
+    }
+  }
+  QVERIFY(changedShare(picture(0), picture(3)) > 0.01);
+  auto* device = window_->findChild<QLabel*>(QStringLiteral("device"));
+  QVERIFY(!device->text().isEmpty());
+  keep(window_.get(), QStringLiteral("four_linked_panes"));
+}
+
+void WindowTest::opensABareCloud() {
+  const QString path = dir_.filePath(QStringLiteral("bare.ply"));
+  writeSmallPly(path, 2500);
+  open(path);
+  QCOMPARE(window_->grid()->paneCount(), 1);
+  QVERIFY(pane(0)->canvas()->view()->stats.hits > 0);
+  QVERIFY(!pane(0)->findChild<QComboBox*>(QStringLiteral("color"))->isEnabled());
+  keep(window_.get(), QStringLiteral("bare_cloud"));
+}
+
+void WindowTest::opensWhatIsDropped() {
+  QSignalSpy opened(window_.get(), &MainWindow::documentOpened);
+  QMimeData data;
+  data.setUrls({QUrl::fromLocalFile(project_)});
+  QDragEnterEvent enter({100, 100}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+  QVERIFY(QApplication::sendEvent(window_.get(), &enter));
+  QVERIFY(enter.isAccepted());
+  QDropEvent drop({100, 100}, Qt::CopyAction, &data, Qt::LeftButton, Qt::NoModifier);
+  QVERIFY(QApplication::sendEvent(window_.get(), &drop));
+  QVERIFY(opened.wait(kWait));
+  settle();
+  keep(window_.get(), QStringLiteral("dropped"));
+}
+
+void WindowTest::switchesLevels() {
+  open(project_);
+  const QImage before = picture(0);
+  auto* box = pane(0)->findChild<QComboBox*>(QStringLiteral("level"));
+  QCOMPARE(box->count(), 4);
+  QTest::keyClick(box, Qt::Key_End);
+  QCOMPARE(pane(0)->levelIndex(), std::size_t{3});
+  settle();
+  QVERIFY(changedShare(before, picture(0)) > 0.01);
+  QCOMPARE(pane(0)->level()->cloud.size(), pane(3)->level()->cloud.size());
+  QCOMPARE(pane(0)->level().get(), pane(3)->level().get());  // loaded once
+  pane(0)->canvas()->setFocus();
+  key(Qt::Key_BracketLeft);
+  QCOMPARE(pane(0)->levelIndex(), std::size_t{2});
+  QCOMPARE(box->currentIndex(), 2);
+  settle();
+  keep(window_.get(), QStringLiteral("switched_level"));
+}
+
+void WindowTest::orbitsPansAndZoomsByMouse() {
+  open(project_);
+  ViewCanvas* canvas = pane(0)->canvas();
+  const QImage before = picture(3);
+  const CameraState start = pane(0)->camera().state();
+  const auto pivot = canvas->hitAt(middle(0));
+  QVERIFY(pivot);
+
+  QTest::mousePress(canvas, Qt::LeftButton, {}, middle(0));
+  for (int i = 1; i <= 6; ++i) QTest::mouseMove(canvas, middle(0) + QPoint(12 * i, 4 * i));
+  QTest::mouseRelease(canvas, Qt::LeftButton, {}, middle(0) + QPoint(72, 24));
+  const CameraState turned = pane(0)->camera().state();
+  QVERIFY(!(turned == start));
+  settle();
+  // The point that was grabbed is still where it was in the picture, in all panes.
+  const auto place = [&](int i, const Vec3d& point) {
+    const QSize size = pane(i)->canvas()->pixelSize();
+    double x = 0, y = 0;
+    pane(i)->camera().MakeCamera(size.width(), size.height()).Project(point, &x, &y);
+    return QPointF(x, y) / pane(i)->canvas()->devicePixelRatioF();
+  };
+  for (int i = 0; i < 4; ++i) {
+    QCOMPARE(pane(i)->camera().state(), turned);
+    QVERIFY((place(i, pivot->point) - QPointF(middle(0))).manhattanLength() < 3.0);
+  }
+  QVERIFY(changedShare(before, picture(3)) > 0.05);
+  keep(window_.get(), QStringLiteral("orbited"));
+
+  // Shift drags the grabbed point along.
+  const auto grabbed = canvas->hitAt(middle(0));
+  QVERIFY(grabbed);
+  const QPointF from = place(0, grabbed->point);
+  QTest::mousePress(canvas, Qt::LeftButton, Qt::ShiftModifier, middle(0));
+  QTest::mouseMove(canvas, middle(0) + QPoint(30, -20));
+  QTest::mouseRelease(canvas, Qt::LeftButton, Qt::ShiftModifier, middle(0) + QPoint(30, -20));
+  QVERIFY((place(0, grabbed->point) - from - QPointF(30, -20)).manhattanLength() < 0.5);
+  settle();
+
+  // The wheel zooms at the cursor.
+  const auto under = canvas->hitAt(middle(0));
+  QVERIFY(under);
+  const QPointF at = place(0, under->point);
+  const double distance = pane(0)->camera().state().distance;
+  QWheelEvent wheel(QPointF(middle(0)), canvas->mapToGlobal(QPointF(middle(0))), {}, {0, 360},
+                    Qt::NoButton, Qt::NoModifier, Qt::NoScrollPhase, false);
+  QApplication::sendEvent(canvas, &wheel);
+  QVERIFY(pane(0)->camera().state().distance < 0.7 * distance);
+  QVERIFY((place(0, under->point) - at).manhattanLength() < 0.5);
+  settle();
+  keep(window_.get(), QStringLiteral("zoomed"));
+}
+
+void WindowTest::doubleClickCentres() {
+  open(project_);
+  const QPoint where = middle(0) + QPoint(40, 20);
+  const auto hit = pane(0)->canvas()->hitAt(where);
+  QVERIFY(hit);
+  QTest::mouseDClick(pane(0)->canvas(), Qt::LeftButton, {}, where);
+  QVERIFY(Length(pane(0)->camera().state().target - hit->point) < 1e-9);
+  QCOMPARE(pane(2)->camera().state().target, pane(0)->camera().state().target);
+  settle();
+  const auto now = pane(0)->canvas()->hitAt(middle(0));
+  QVERIFY(now);
+  QVERIFY(Length(now->point - hit->point) < 0.05);
+  keep(window_.get(), QStringLiteral("centred"));
+}
+
+void WindowTest::breaksTheLink() {
+  open(project_);
+  const CameraState start = pane(1)->camera().state();
+  QTest::mouseClick(pane(1)->findChild<QToolButton*>(QStringLiteral("link")), Qt::LeftButton);
+  QVERIFY(!pane(1)->isLinked());
+  QTest::mousePress(pane(0)->canvas(), Qt::LeftButton, {}, middle(0));
+  QTest::mouseMove(pane(0)->canvas(), middle(0) + QPoint(90, 0));
+  QTest::mouseRelease(pane(0)->canvas(), Qt::LeftButton, {}, middle(0) + QPoint(90, 0));
+  QCOMPARE(pane(1)->camera().state(), start);
+  QCOMPARE(pane(2)->camera().state(), pane(0)->camera().state());
+  QVERIFY(!(pane(0)->camera().state() == start));
+  settle();
+  keep(window_.get(), QStringLiteral("link_broken"));
+  // Moving the free one leaves the others alone.
+  const CameraState others = pane(0)->camera().state();
+  QTest::keyClick(pane(1)->canvas(), Qt::Key_Left);
+  QVERIFY(!(pane(1)->camera().state() == start));
+  QCOMPARE(pane(0)->camera().state(), others);
+  // Linked again it takes their view.
+  QTest::mouseClick(pane(1)->findChild<QToolButton*>(QStringLiteral("link")), Qt::LeftButton);
+  QCOMPARE(pane(1)->camera().state(), others);
+  // And wholly, by key, both ways.
+  key(Qt::Key_L, Qt::ShiftModifier);
+  for (int i = 0; i < 4; ++i) QVERIFY(!pane(i)->isLinked());
+  key(Qt::Key_L, Qt::ShiftModifier);
+  for (int i = 0; i < 4; ++i) QVERIFY(pane(i)->isLinked());
+}
+
+void WindowTest::changesThresholdAndRadius() {
+  open(project_);
+  const auto hits = [this] { return pane(2)->canvas()->view()->stats.hits; };
+  const auto before = hits();
+  const QImage other = picture(1);
+  auto* threshold =
+      pane(2)->findChild<ValueSlider*>(QStringLiteral("threshold"))->findChild<QDoubleSpinBox*>();
+  threshold->setFocus();
+  threshold->selectAll();
+  QTest::keyClicks(threshold, QStringLiteral("2.5"));
+  QTest::keyClick(threshold, Qt::Key_Return);
+  QCOMPARE(pane(2)->surface().threshold, 2.5);
+  settle();
+  QVERIFY(hits() < before);
+  const auto thin = hits();
+  auto* radius =
+      pane(2)->findChild<ValueSlider*>(QStringLiteral("radius-scale"))->findChild<QSlider*>();
+  const QString shown_radius = pane(2)->strip()->value(QStringLiteral("Radius"));
+  radius->setFocus();
+  for (int i = 0; i < 8; ++i) QTest::keyClick(radius, Qt::Key_PageUp);
+  QVERIFY(pane(2)->surface().radius_scale > 1.2);
+  settle();
+  QVERIFY(hits() > thin);
+  QVERIFY(pane(2)->strip()->value(QStringLiteral("Radius")) != shown_radius);
+  QCOMPARE(changedShare(other, picture(1)), 0.0);  // the other panes keep theirs
+  keep(window_.get(), QStringLiteral("threshold_changed"));
+}
+
+void WindowTest::presetAndProjectionKeys() {
+  open(project_);
+  const Vec3d up = AxesFor(window_->document()->up(), window_->document()->front()).up;
+  key(Qt::Key_5);
+  QVERIFY(Dot(pane(3)->camera().state().forward, up) < -0.999999);
+  key(Qt::Key_6);
+  QVERIFY(Dot(pane(3)->camera().state().forward, up) > 0.999999);
+  key(Qt::Key_1);
+  const Vec3d front = pane(3)->camera().state().forward;
+  QVERIFY(std::abs(Dot(front, up)) < 1e-6);
+  key(Qt::Key_2);
+  QVERIFY(Dot(pane(3)->camera().state().forward, front) < -0.999999);
+  key(Qt::Key_7);
+  key(Qt::Key_O);
+  QCOMPARE(pane(3)->camera().state().projection, Projection::kOrthographic);
+  key(Qt::Key_F);
+  settle();
+  keep(window_.get(), QStringLiteral("orthographic"));
+  key(Qt::Key_P);
+  QCOMPARE(pane(0)->camera().state().projection, Projection::kPerspective);
+  // A digit typed into a number is a digit.
+  auto* threshold =
+      pane(0)->findChild<ValueSlider*>(QStringLiteral("threshold"))->findChild<QDoubleSpinBox*>();
+  const CameraState before = pane(0)->camera().state();
+  threshold->setFocus();
+  threshold->selectAll();
+  QTest::keyClicks(threshold, QStringLiteral("1.5"));
+  QTest::keyClick(threshold, Qt::Key_Return);
+  QCOMPARE(pane(0)->surface().threshold, 1.5);
+  QCOMPARE(pane(0)->camera().state(), before);
+}
+
+void WindowTest::arrowKeysMove() {
+  open(project_);
+  const CameraState start = pane(0)->camera().state();
+  key(Qt::Key_Right);
+  QVERIFY(!(pane(0)->camera().state() == start));
+  key(Qt::Key_Left);
+  QVERIFY(Length(pane(0)->camera().state().eye() - start.eye()) < 1e-9);
+  key(Qt::Key_Up, Qt::ShiftModifier);
+  QVERIFY(Length(pane(0)->camera().state().target - start.target) > 1e-3);
+  key(Qt::Key_Plus);
+  QVERIFY(pane(0)->camera().state().distance < start.distance);
+  key(Qt::Key_Home);
+  QVERIFY(Length(pane(0)->camera().state().target - start.target) < 1e-9);
+  settle();
+  keep(window_.get(), QStringLiteral("arrow_keys"));
+}
+
+void WindowTest::layoutKeys() {
+  open(project_);
+  for (const auto& [number, count] :
+       {std::pair(Qt::Key_1, 1), {Qt::Key_2, 2}, {Qt::Key_3, 3}, {Qt::Key_4, 4}}) {
+    key(number, Qt::ControlModifier);
+    QCOMPARE(window_->grid()->paneCount(), count);
+    settle();
+    for (const ViewPane* p : window_->grid()->panes()) QVERIFY(p->isVisible());
+    keep(window_.get(), QStringLiteral("layout_%1").arg(count));
+  }
+  // The next pane by key.
+  pane(0)->canvas()->setFocus();
+  key(Qt::Key_F6);
+  QCOMPARE(window_->grid()->activePane(), pane(1));
+}
+
+void WindowTest::showsThePositionUnderTheCursor() {
+  open(project_);
+  const auto hit = pane(0)->canvas()->hitAt(middle(0));
+  QVERIFY(hit);
+  // The surface is z = 0.25 sin 4x cos 3y + 0.1 x; it lies a little outside its points.
+  const Vec3d p = hit->point;
+  QVERIFY(std::abs(p.z - 0.25 * std::sin(4 * p.x) * std::cos(3 * p.y) - 0.1 * p.x) < 0.15);
+  auto* label = window_->findChild<QLabel*>(QStringLiteral("position"));
+  QTest::mouseMove(pane(0)->canvas(), middle(0));
+  QTRY_VERIFY(label->text().startsWith(QStringLiteral("X ")));
+  QVERIFY(label->text().contains(QStringLiteral("metaball %1").arg(hit->id)));
+  QVERIFY(label->text().contains(QStringLiteral("distance")));
+  keep(window_.get(), QStringLiteral("position"));
+  QTest::mouseMove(pane(0)->canvas(), {2, 2});
+  QTRY_VERIFY(label->text().isEmpty());
+}
+
+void WindowTest::looksThroughPhotographs() {
+  open(project_);
+  auto* panel = window_->findChild<PhotographPanel*>();
+  key(Qt::Key_PageDown);
+  QTRY_VERIFY_WITH_TIMEOUT(panel->survey(), kWait);
+  const Vec3d first = panel->survey()->photographs[0].cam_from_world.Center();
+  QTRY_VERIFY(Length(pane(0)->camera().state().eye() - first) < 1e-9);
+  QCOMPARE(pane(3)->camera().state(), pane(0)->camera().state());
+  key(Qt::Key_PageDown);
+  const Vec3d second = panel->survey()->photographs[1].cam_from_world.Center();
+  QVERIFY(Length(pane(0)->camera().state().eye() - second) < 1e-9);
+  key(Qt::Key_PageUp);
+  QVERIFY(Length(pane(0)->camera().state().eye() - first) < 1e-9);
+  key(Qt::Key_P, Qt::ControlModifier);
+  QTRY_VERIFY(panel->isVisible());
+  QCOMPARE(panel->findChild<QListWidget*>(QStringLiteral("photographs"))->count(), 4);
+  settle();
+  // The photograph laid over the view agrees with the surface below it: the chequered cloth's
+  // fields fall on each other.
+  const QImage below = pane(3)->canvas()->grab().toImage();
+  auto* opacity = panel->findChild<QSlider*>(QStringLiteral("opacity"));
+  opacity->setValue(100);
+  QTRY_VERIFY(changedShare(below, pane(3)->canvas()->grab().toImage()) > 0.3);
+  const QImage photo = pane(3)->canvas()->grab().toImage();
+  const auto greenish = [](QRgb c) { return qGreen(c) > qRed(c); };
+  const Camera camera = pane(3)->camera().MakeCamera(below.width(), below.height());
+  int same = 0, all = 0;
+  for (double x = -0.875; x < 1; x += 0.25) {  // the middles of the fields
+    for (double y = -0.875; y < 1; y += 0.25) {
+      const Vec3d p{x, y, 0.25 * std::sin(4 * x) * std::cos(3 * y) + 0.1 * x};
+      double px = 0, py = 0;
+      if (!camera.Project(p, &px, &py) ||
+          !below.rect().contains(QPoint(static_cast<int>(px), static_cast<int>(py)))) {
+        continue;
+      }
+      const QPoint at(static_cast<int>(px), static_cast<int>(py));
+      ++all;
+      same += greenish(below.pixel(at)) == greenish(photo.pixel(at));
+    }
+  }
+  QVERIFY(all > 30);
+  QVERIFY2(same >= all * 9 / 10, qPrintable(QStringLiteral("%1 of %2").arg(same).arg(all)));
+  opacity->setValue(50);
+  keep(window_.get(), QStringLiteral("through_photograph"));
+}
+
+void WindowTest::coloursFromPhotographs() {
+  open(project_);
+  const QImage before = picture(0);
+  auto* box = pane(0)->findChild<QComboBox*>(QStringLiteral("color"));
+  QTest::keyClick(box, Qt::Key_End);
+  QCOMPARE(pane(0)->colorSource(), ColorSource::kPhotographs);
+  QTRY_VERIFY_WITH_TIMEOUT(pane(0)->canvas()->view()->photo_stats.has_value(), kWait);
+  settle();
+  const PhotoShadingStats& stats = *pane(0)->canvas()->view()->photo_stats;
+  QVERIFY(stats.from_photos > stats.pixels / 2);
+  QVERIFY(changedShare(before, picture(0)) > 0.01);
+  keep(window_.get(), QStringLiteral("photograph_colours"));
+  pane(0)->canvas()->setFocus();
+  key(Qt::Key_C);
+  QCOMPARE(pane(0)->colorSource(), ColorSource::kBlend);
+}
+
+void WindowTest::rakingLight() {
+  open(project_);
+  const QImage before = picture(0);
+  key(Qt::Key_L, Qt::ControlModifier);
+  auto* panel = window_->findChild<LightPanel*>();
+  QTRY_VERIFY(panel->isVisible());
+  settle();
+  const QImage headlight = picture(0);
+  panel->findChild<QCheckBox*>(QStringLiteral("raking"))->click();
+  settle();
+  QVERIFY(changedShare(headlight, picture(0)) > 0.05);
+  keep(window_.get(), QStringLiteral("raking_light"));
+}
+
+void WindowTest::setsTheScale() {
+  const QString path = dir_.filePath(QStringLiteral("scale.ply"));
+  writeSmallPly(path, 2500);
+  open(path);
+  key(Qt::Key_5);
+  settle();
+  window_->askScale();
+  auto* dialog = window_->findChild<QDialog*>(QStringLiteral("scaleDialog"));
+  QVERIFY(dialog);
+  const QPoint a = middle(0) - QPoint(80, 0), b = middle(0) + QPoint(80, 0);
+  const auto hit_a = pane(0)->canvas()->hitAt(a), hit_b = pane(0)->canvas()->hitAt(b);
+  QVERIFY(hit_a && hit_b);
+  const CameraState before = pane(0)->camera().state();
+  QTest::mouseClick(pane(0)->canvas(), Qt::LeftButton, {}, a);
+  QTest::mouseClick(pane(0)->canvas(), Qt::LeftButton, {}, b);
+  QCOMPARE(pane(0)->camera().state(), before);  // picking moves nothing
+  dialog->findChild<QLineEdit*>(QStringLiteral("distance"))->setText(QStringLiteral("1.5"));
+  keep(dialog, QStringLiteral("scale_dialog"));
+  const double expected = 1.5 / Length(hit_b->point - hit_a->point);
+  QTest::keyClick(dialog, Qt::Key_Return);
+  QTRY_VERIFY_WITH_TIMEOUT(window_->document()->metres_per_unit().has_value(), kWait);
+  QVERIFY(std::abs(*window_->document()->metres_per_unit() / expected - 1) < 1e-6);
+  keep(window_.get(), QStringLiteral("scale_set"));
+}
+
+void WindowTest::exportsAScreenshot() {
+  open(project_);
+  window_->askExportScreenshot();
+  auto* dialog = shown<QDialog>(window_.get(), QStringLiteral("exportDialog"));
+  QVERIFY(dialog);
+  // Larger than the window and of another shape.
+  dialog->findChild<QSpinBox*>(QStringLiteral("width"))->setValue(1500);
+  dialog->findChild<QSpinBox*>(QStringLiteral("height"))->setValue(1800);
+  dialog->findChild<QComboBox*>(QStringLiteral("background"))->setCurrentIndex(3);
+  const QString path = dir_.filePath(QStringLiteral("shot.png"));
+  dialog->findChild<QLineEdit*>(QStringLiteral("path"))->setText(path);
+  keep(dialog, QStringLiteral("export_dialog"));
+  QSignalSpy finished(window_.get(), &MainWindow::exportFinished);
+  dialog->accept();
+  QVERIFY(finished.wait(kWait));
+  QImage image(path);
+  QCOMPARE(image.size(), QSize(1500, 1800));
+  QVERIFY(image.hasAlphaChannel());
+  QCOMPARE(qAlpha(image.pixel(2, 2)), 0);
+  QCOMPARE(qAlpha(image.pixel(750, 900)), 255);
+  // The scale bar, which is known here, lies in the lower-left corner.
+  QVERIFY(qAlpha(image.pixel(60, 1800 - 60)) > 0);
+  QVERIFY(image.save(QStringLiteral(SHERD_OUTPUT_DIR "/exported_screenshot.png")));
+}
+
+void WindowTest::exportsTheSheet() {
+  open(project_);
+  window_->askExportSheet();
+  auto* dialog = shown<ExportDialog>(window_.get());
+  QVERIFY(dialog);
+  QCOMPARE(dialog->levels().size(), std::size_t{4});
+  keep(dialog, QStringLiteral("sheet_dialog"));
+  const QString path = dir_.filePath(QStringLiteral("sheet.png"));
+  PictureExport options = dialog->options();
+  dialog->reject();
+  options.path = path.toStdString();
+  options.width = 1600;
+  options.height = 1100;
+  options.csv = options.separate = true;
+  QSignalSpy finished(window_.get(), &MainWindow::exportFinished);
+  window_->exportSheet(options, {0, 1, 2, 3});
+  QVERIFY(finished.wait(kWait));
+  QImage image(path);
+  QCOMPARE(image.size(), QSize(1600, 1100));
+  QVERIFY(image.save(QStringLiteral(SHERD_OUTPUT_DIR "/exported_sheet.png")));
+  QFile csv(dir_.filePath(QStringLiteral("sheet.csv")));
+  QVERIFY(csv.open(QIODevice::ReadOnly));
+  QCOMPARE(csv.readAll().trimmed().count('\n'), qsizetype{4});  // names and four levels
+  for (const LevelEntry& level : window_->document()->levels()) {
+    QVERIFY(QFileInfo::exists(
+        dir_.filePath(QStringLiteral("sheet-%1.png").arg(QString::fromStdString(level.name)))));
+  }
+}
+
+void WindowTest::cancelsAnExport() {
+  open(project_);
+  PictureExport options;
+  options.path = dir_.filePath(QStringLiteral("never.png")).toStdString();
+  options.width = options.height = 12000;
+  options.supersample = 8;
+  window_->exportScreenshot(options);
+  auto* dialog = window_->findChild<JobDialog*>();
+  QVERIFY(dialog);
+  QSignalSpy cancelled(dialog->job(), &BackgroundJob::cancelled);
+  QTRY_VERIFY_WITH_TIMEOUT(dialog->isVisible(), kWait);
+  keep(dialog, QStringLiteral("progress"));
+  QTest::keyClick(dialog, Qt::Key_Escape);
+  QVERIFY(cancelled.wait(kWait));
+  // Neither the picture nor a part of it.
+  QCOMPARE(QDir(dir_.path()).entryList({QStringLiteral("never*")}).size(), qsizetype{0});
+}
+
+void WindowTest::cancelsAnImport() {
+  const QString folder = dir_.filePath(QStringLiteral("larger"));
+  writeSmallWorkspace(folder, 60000);
+  open(project_);
+  ImportPlan plan;
+  plan.options.source = folder.toStdString();
+  const QString path = dir_.filePath(QStringLiteral("cancelled.sherd"));
+  plan.project_path = path.toStdString();
+  plan.levels = {10000, 60000};
+  window_->startImport(plan);
+  auto* dialog = window_->findChild<JobDialog*>();
+  QVERIFY(dialog);
+  QSignalSpy cancelled(dialog->job(), &BackgroundJob::cancelled);
+  dialog->reject();
+  QVERIFY(cancelled.wait(kWait));
+  QVERIFY(!QFileInfo::exists(path));
+  QVERIFY(!QFileInfo::exists(path + QStringLiteral(".d")));
+  // What was open is open still.
+  QCOMPARE(QString::fromStdString(window_->document()->path()), project_);
+  keep(window_.get(), QStringLiteral("import_cancelled"));
+}
+
+void WindowTest::buildsMoreLevels() {
+  const QString path = dir_.filePath(QStringLiteral("more.sherd"));
+  {
+    ImportOptions options;
+    options.source = workspace_.toStdString();
+    Project project = ImportSurvey(options, path.toStdString());
+  }
+  QSignalSpy opened(window_.get(), &MainWindow::documentOpened);
+  window_->openPath(path);
+  QVERIFY(opened.wait(kWait));
+  QVERIFY(pane(0)->canvas()->message().contains(QStringLiteral("no levels yet")));
+  keep(window_.get(), QStringLiteral("no_levels"));
+  window_->askBuildLevels();
+  auto* dialog = shown<LevelsDialog>(window_.get());
+  QVERIFY(dialog);
+  dialog->findChild<QLineEdit*>(QStringLiteral("levels"))->setText(QStringLiteral("1k, 2k, 3k"));
+  keep(dialog, QStringLiteral("levels_dialog"));
+  dialog->accept();
+  QVERIFY(opened.wait(kWait));
+  settle();
+  QCOMPARE(window_->grid()->paneCount(), 3);
+  keep(window_.get(), QStringLiteral("levels_built"));
+}
+
+void WindowTest::badFilesEndInADialog() {
+  open(project_);
+  const auto write = [this](const QString& name, const QByteArray& content) {
+    QFile file(dir_.filePath(name));
+    if (file.open(QIODevice::WriteOnly)) file.write(content);
+    return file.fileName();
+  };
+  const QStringList bad = {
+      write(QStringLiteral("bad.sherd"), "{ \"this\": is no project"),
+      write(QStringLiteral("short.ply"),
+            "ply\nformat binary_little_endian 1.0\nelement vertex 1000\nproperty float x\n"
+            "property float y\nproperty float z\nend_header\n1234"),
+      write(QStringLiteral("empty.metaballs"), ""),
+      write(QStringLiteral("letter.txt"), "Dear colleague"),
+      dir_.filePath(QStringLiteral("not there")),
+  };
+  for (const QString& path : bad) {
+    QSignalSpy problem(window_.get(), &MainWindow::problemShown);
+    window_->openPath(path);
+    QVERIFY2(problem.wait(kWait), qPrintable(path));
+    auto* box = shown<QMessageBox>(window_.get(), QStringLiteral("errorBox"));
+    QVERIFY2(box, qPrintable(path));
+    const QString line = box->informativeText();
+    QVERIFY2(line.contains(QFileInfo(path).fileName()), qPrintable(line));
+    QVERIFY2(!line.contains(QLatin1Char('\n')), qPrintable(line));
+    keep(box, QStringLiteral("bad_file_") + QFileInfo(path).completeBaseName());
+    QTest::keyClick(box, Qt::Key_Return);
+    QTRY_VERIFY(!shown<QMessageBox>(window_.get()));
+  }
+  // The project that was open has not suffered.
+  QCOMPARE(QString::fromStdString(window_->document()->path()), project_);
+}
+
+void WindowTest::unwritableExportEndsInADialog() {
+  open(project_);
+  PictureExport options;
+  options.width = options.height = 64;
+  options.path = dir_.filePath(QStringLiteral("no folder/shot.png")).toStdString();
+  QSignalSpy problem(window_.get(), &MainWindow::problemShown);
+  window_->exportScreenshot(options);
+  QVERIFY(problem.wait(kWait));
+  auto* box = shown<QMessageBox>(window_.get(), QStringLiteral("errorBox"));
+  QVERIFY(box);
+  QVERIFY(box->informativeText().contains(QStringLiteral("no folder")));
+  keep(box, QStringLiteral("unwritable"));
+}
+
+void WindowTest::remembersWindowAndFiles() {
+  open(project_);
+  QCOMPARE(MainWindow::recentPaths().first(), project_);
+  window_->resize(1111, 777);
+  QTRY_COMPARE(window_->size(), QSize(1111, 777));
+  QVERIFY(window_->close());
+  window_ = std::make_unique<MainWindow>(MakeRenderer);
+  window_->show();
+  QVERIFY(QTest::qWaitForWindowExposed(window_.get()));
+  QTRY_COMPARE(window_->size(), QSize(1111, 777));
+  bool offered = false;
+  for (const QPushButton* button : window_->findChildren<QPushButton*>()) {
+    offered = offered || button->toolTip() == project_;
+  }
+  QVERIFY(offered);
+  keep(window_.get(), QStringLiteral("recent"));
+}
+
+void WindowTest::helpAndAbout() {
+  QTest::keyClick(window_.get(), Qt::Key_F1);
+  auto* keys = shown<QDialog>(window_.get(), QStringLiteral("shortcutsDialog"));
+  QVERIFY(keys);
+  auto* tree = keys->findChild<QTreeWidget*>();
+  QVERIFY(!tree->findItems(QStringLiteral("Orthographic"), Qt::MatchExactly | Qt::MatchRecursive)
+               .isEmpty());
+  keep(keys, QStringLiteral("keys"));
+  keys->close();
+  window_->showAbout();
+  auto* about = shown<QDialog>(window_.get(), QStringLiteral("aboutDialog"));
+  QVERIFY(about);
+  QVERIFY(about->findChild<QLabel*>()->text().contains(QStringLiteral("GPU")));
+  keep(about, QStringLiteral("about"));
+}
+
+QTEST_MAIN(WindowTest)
+#include "window_test.moc"

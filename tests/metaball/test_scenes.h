@@ -1,0 +1,52 @@
+// Small scenes the tests of the engine share.
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "metaball/camera.h"
+#include "metaball/cloud.h"
+#include "metaball/scene.h"
+
+namespace sherd::testing {
+
+inline Scene SceneOf(const CloudInput& input, double threshold = 0.7) {
+  Scene scene;
+  scene.cloud = std::make_shared<Cloud>(BuildCloud(input));
+  scene.surface.threshold = threshold;
+  return scene;
+}
+
+inline CloudInput OneMetaball(const Vec3d& center = {0, 0, 0}, double radius = 1.0) {
+  CloudInput input;
+  input.center = {center};
+  input.radius = {radius};
+  return input;
+}
+
+// n metaballs in a ball of radius 1, radii spread geometrically over [radius / spread, radius].
+inline CloudInput RandomBall(int n, double radius, double spread, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  CloudInput input;
+  while (static_cast<int>(input.center.size()) < n) {
+    const Vec3d p{uniform(random), uniform(random), uniform(random)};
+    if (Dot(p, p) > 1) continue;
+    input.center.push_back(p);
+    input.radius.push_back(radius * std::pow(spread, -0.5 * (1 + uniform(random))));
+    const auto byte = [&] { return static_cast<std::uint8_t>(127 + 127 * uniform(random)); };
+    const std::uint8_t r = byte(), g = byte(), b = byte();
+    input.color.push_back({r, g, b});
+  }
+  return input;
+}
+
+inline Camera FrontCamera(int width = 96, int height = 64, double distance = 4.0) {
+  return Camera::LookAt({0.3, 0.5, -distance}, {0, 0, 0}, {0, 1, 0}, 50 * std::numbers::pi / 180,
+                        width, height);
+}
+
+}  // namespace sherd::testing
