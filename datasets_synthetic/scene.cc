@@ -55,7 +55,8 @@ TrenchScene::TrenchScene(std::uint32_t seed)
       mesh_(Build(seed, terrain_, &parts_, &board_frame_)),
       vertex_normals_(VertexNormals(mesh_)),
       bvh_(mesh_),
-      materials_(seed, terrain_, board_, board_frame_) {}
+      materials_(seed, terrain_, board_, board_frame_),
+      light_(mesh_.vertices.size(), Light{1, 1}) {}
 
 bool TrenchScene::Intersect(const RayD& ray, SceneHit* hit) const {
   if (!bvh_.Intersect(ray, std::numeric_limits<double>::infinity(), &hit->mesh)) return false;
@@ -84,7 +85,6 @@ Surface TrenchScene::SurfaceAt(const SceneHit& hit, double footprint_m) const {
 }
 
 void TrenchScene::BakeLight(int threads, const Control& control) {
-  light_.assign(mesh_.vertices.size(), {});
   constexpr std::int64_t kBlock = 512;
   const auto count = static_cast<std::int64_t>(mesh_.vertices.size());
   const auto basis = [](const Vec3d& n, Vec3d* tangent, Vec3d* bitangent) {
