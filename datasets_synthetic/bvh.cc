@@ -38,9 +38,9 @@ struct Box {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  void Add(const Box& b) {
-    Add(b.low);
-    Add(b.high);
+  void Add(const Box& b) {  // an empty one changes nothing
+    low = {std::min(low.x, b.low.x), std::min(low.y, b.low.y), std::min(low.z, b.low.z)};
+    high = {std::max(high.x, b.high.x), std::max(high.y, b.high.y), std::max(high.z, b.high.z)};
   }
   float HalfArea() const {
     const Vec3f d = high - low;
@@ -288,6 +288,10 @@ bool Bvh::Traverse(const RayD& ray, double max_distance, MeshHit* hit) const {
         }
       }
       stack[at] = {node.child[i], enter[i]};
+      const std::int32_t child = node.child[i];
+      __builtin_prefetch(
+          child < 0 ? static_cast<const void*>(&blocks_[static_cast<std::size_t>(-1 - child)])
+                    : static_cast<const void*>(&nodes_[static_cast<std::size_t>(child)]));
     }
   }
   return found;

@@ -145,10 +145,10 @@ Surface Materials::Earth(const Vec3d& p, const Vec3d& normal, double footprint) 
   const float damp = Fbm(p, 0.7, 2, 0.5f, footprint, seed_ + 203).value;
   const NoiseSample crumb = Fbm(p, 0.022, 5, 0.72f, footprint, seed_ + 204);
   const float tone =
-      std::exp2(0.35f * damp + 0.45f * layer.mottling * mottle.value + 0.62f * crumb.value);
+      std::exp2(0.35f * damp + 0.42f * layer.mottling * mottle.value + 0.85f * crumb.value);
   const float warm = 0.10f * damp + 0.06f * mottle.value;
   s.albedo = Times(layer.color * tone, Vec3f{1 + warm, 1.0f, 1 - warm});
-  s.relief = 0.012f * mottle.gradient + 0.0042f * crumb.gradient;
+  s.relief = 0.008f * mottle.gradient + 0.0046f * crumb.gradient;
   // Fine trowel strokes across the sections.
   if (std::abs(normal.z) < 0.5 && !above) {
     const NoiseSample stroke = Fbm({p.x * 0.35, p.y * 0.35, p.z * 2.2 + 0.2 * (p.x + p.y)}, 0.05, 3,
@@ -156,13 +156,13 @@ Surface Materials::Earth(const Vec3d& p, const Vec3d& normal, double footprint) 
     s.albedo = s.albedo * (1.0f + 0.22f * stroke.value);
   }
   const double density = layer.grain_density;
-  Scatter(p, 0.0065, 0.55 * density, footprint, seed_ + 206, layer.grain_dark, layer.grain_light,
+  Scatter(p, 0.0065, 0.85 * density, footprint, seed_ + 206, layer.grain_dark, layer.grain_light,
           &s);
-  Scatter(p, 0.013, 0.50 * density, footprint, seed_ + 207, layer.grain_dark, layer.grain_light,
+  Scatter(p, 0.013, 0.75 * density, footprint, seed_ + 207, layer.grain_dark, layer.grain_light,
           &s);
-  Scatter(p, 0.029, 0.40 * density, footprint, seed_ + 208, layer.grain_dark, layer.grain_light,
+  Scatter(p, 0.029, 0.60 * density, footprint, seed_ + 208, layer.grain_dark, layer.grain_light,
           &s);
-  Scatter(p, 0.061, 0.16 * density, footprint, seed_ + 209, layer.grain_dark, layer.grain_light,
+  Scatter(p, 0.061, 0.22 * density, footprint, seed_ + 209, layer.grain_dark, layer.grain_light,
           &s);
   // Charcoal, and a crumb of brick or burnt clay here and there.
   Scatter(p, 0.019, 0.035, footprint, seed_ + 210, {0.012f, 0.011f, 0.01f}, {0.03f, 0.028f, 0.026f},
@@ -179,27 +179,33 @@ Surface Materials::Earth(const Vec3d& p, const Vec3d& normal, double footprint) 
 Surface Materials::Turf(const Vec3d& p, double footprint, float* bare) const {
   const double outside = Terrain::OutlineDistance(p.x, p.y);
   const float patches = Fbm(p, 0.9, 4, 0.6f, footprint, seed_ + 221).value;
+  const float fringe = Fbm(p, 0.045, 3, 0.7f, footprint, seed_ + 220).value;
   // Trodden bare along the rim; islands of bare earth farther out.
   const double edge = outside - 0.16 + 0.30 * static_cast<double>(patches);
-  const double islands = 0.42 - static_cast<double>(patches);
-  *bare = static_cast<float>(1 - SmoothStep(-0.08, 0.10, std::min(edge, islands)));
+  const double islands = 0.62 - static_cast<double>(patches);
+  *bare = static_cast<float>(
+      1 - SmoothStep(-0.05, 0.06, std::min(edge, islands) + 0.14 * static_cast<double>(fringe)));
   Surface s;
   const float dry = Fbm(p, 2.3, 3, 0.55f, footprint, seed_ + 222).value;
   const NoiseSample tuft = Fbm(p, 0.11, 3, 0.65f, footprint, seed_ + 223);
-  // Blades: noise drawn out in two directions that change from place to place.
-  const double angle = 2.5 * static_cast<double>(patches) + 0.8 * static_cast<double>(tuft.value);
-  const double c = std::cos(angle), n = std::sin(angle);
-  const Vec3d along{(c * p.x + n * p.y) * 0.22, -n * p.x + c * p.y, p.z};
-  const Vec3d across{c * p.x + n * p.y, (-n * p.x + c * p.y) * 0.22, p.z};
-  const NoiseSample blade = Fbm(along, 0.012, 3, 0.75f, footprint, seed_ + 224);
-  const NoiseSample blade2 = Fbm(across, 0.014, 3, 0.75f, footprint, seed_ + 225);
-  const float light = std::max(blade.value, blade2.value);
+  // Blades: noise drawn out in five directions; where two meet, the higher one shows.
+  NoiseSample blade{-1, {}};
+  constexpr double kDirections[5][2] = {
+      {0.97, 0.24}, {0.54, 0.84}, {-0.10, 0.995}, {-0.68, 0.73}, {-0.96, 0.28}};
+  for (std::uint32_t k = 0; k < 5; ++k) {
+    const double c = kDirections[k][0], n = kDirections[k][1];
+    const Vec3d drawn{(c * p.x + n * p.y) * 0.17, -n * p.x + c * p.y, p.z};
+    const NoiseSample one = Fbm(drawn, 0.008, 2, 0.8f, footprint, seed_ + 224 + k);
+    const float lift = 0.55f * Fbm(p, 0.06, 2, 0.6f, footprint, seed_ + 232 + k).value;
+    if (one.value + lift > blade.value) blade = {one.value + lift, one.gradient};
+  }
+  const float light = blade.value;
   const Vec3f fresh{0.070f, 0.115f, 0.030f}, straw{0.240f, 0.205f, 0.095f};
   const float straw_share =
-      std::clamp(0.42f + 0.75f * dry + 0.5f * light + 0.25f * tuft.value, 0.0f, 1.0f);
-  s.albedo = Mix(fresh, straw, straw_share) * std::exp2(0.5f * tuft.value + 1.25f * light - 0.15f);
-  s.relief = 0.010f * tuft.gradient + 0.0016f * (blade.gradient + blade2.gradient);
-  Scatter(p, 0.045, 0.05, footprint, seed_ + 226, {0.16f, 0.10f, 0.04f}, {0.35f, 0.27f, 0.14f}, &s);
+      std::clamp(0.34f + 0.75f * dry + 0.55f * light + 0.25f * tuft.value, 0.0f, 1.0f);
+  s.albedo = Mix(fresh, straw, straw_share) * std::exp2(0.5f * tuft.value + 1.35f * light - 0.55f);
+  s.relief = 0.010f * tuft.gradient + 0.0014f * blade.gradient;
+  Scatter(p, 0.045, 0.05, footprint, seed_ + 231, {0.16f, 0.10f, 0.04f}, {0.35f, 0.27f, 0.14f}, &s);
   return s;
 }
 

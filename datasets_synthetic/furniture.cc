@@ -80,9 +80,9 @@ void SceneBuilder::AddBox(const Part& part, double cell_m) {
 }
 
 void SceneBuilder::AddRangePole() {
-  // 1.5 m, 28 mm thick, leaning slightly against the north section; its steel point is in the
+  // 1.2 m, 28 mm thick, leaning slightly against the north section; its steel point is in the
   // floor.
-  constexpr double kLength = 1.5, kRadius = 0.014, kPoint = 0.09;
+  constexpr double kLength = 1.2, kRadius = 0.014, kPoint = 0.09;
   const double x = -0.62, y = 1.36;
   const Vec3d foot{x, y, terrain_.FloorHeight(x, y) + kPoint - 0.05};
   Part part{Material::kPole,
@@ -110,7 +110,7 @@ void SceneBuilder::AddRangePole() {
   ring(kRadius, 0.0);
   grid_of(point, 3);
   const std::uint32_t shaft = ring(kRadius, 0.0);
-  constexpr std::uint32_t kRows = 60;
+  constexpr std::uint32_t kRows = 48;
   for (std::uint32_t r = 1; r <= kRows; ++r) ring(kRadius, kLength * r / kRows);
   grid_of(shaft, kRows + 1);
   const std::uint32_t top = ring(kRadius, kLength);

@@ -119,11 +119,13 @@ Picture TakePhotograph(const TrenchScene& scene, const Shot& shot, const Lens& l
     // One sample a pixel first, with the row below, to find the edges.
     const int rows = std::min(lens.height, y_end + 1) - y_begin;
     std::vector<Sample> samples(width * static_cast<std::size_t>(rows));
-    for (int r = 0; r < rows; ++r) {
+    for (std::size_t tile = 0; tile < width; tile += kStripRows) {
       control.ThrowIfStopped();
-      for (std::size_t x = 0; x < width; ++x) {
-        samples[static_cast<std::size_t>(r) * width + x] =
-            photographer.At(static_cast<double>(x) + 0.5, y_begin + r + 0.5, 1.0);
+      for (int r = 0; r < rows; ++r) {
+        for (std::size_t x = tile; x < std::min<std::size_t>(width, tile + kStripRows); ++x) {
+          samples[static_cast<std::size_t>(r) * width + x] =
+              photographer.At(static_cast<double>(x) + 0.5, y_begin + r + 0.5, 1.0);
+        }
       }
     }
     std::vector<bool> more(samples.size());

@@ -27,8 +27,7 @@ struct PhotographOptions {
 // softly.
 Vec3f Develop(const Vec3f& radiance, float exposure);
 
-// The photograph through the lens, distortion included. BakeLight must have been called. Throws
-// Cancelled.
+// The photograph through the lens, distortion included. Throws Cancelled.
 Picture TakePhotograph(const TrenchScene& scene, const Shot& shot, const Lens& lens,
                        const PhotographOptions& options, const Control& control);
 

@@ -18,8 +18,8 @@ constexpr double kSunRadius = 0.06;  // of its disc, radians: widened by the haz
 constexpr Vec3f kSunColor{1.46f, 1.36f, 1.18f};
 constexpr Vec3f kSkyColor{0.74f, 0.80f, 0.90f};
 constexpr Vec3f kBounceColor{0.115f, 0.095f, 0.070f};  // from earth to earth, where the sky is hid
-constexpr float kExposure = 0.74f;
-constexpr int kSkyRays = 32, kSunRays = 16;  // the first four of these often suffice
+constexpr float kExposure = 0.86f;
+constexpr int kSkyRays = 48, kSunRays = 16;  // the first four of these often suffice
 constexpr int kSmoothing = 2;                // passes over the mesh, against the noise of few rays
 constexpr double kSkyReach = 4.0;            // what stands farther off hides no sky, metres
 
@@ -55,7 +55,8 @@ TrenchScene::TrenchScene(std::uint32_t seed)
       mesh_(Build(seed, terrain_, &parts_, &board_frame_)),
       vertex_normals_(VertexNormals(mesh_)),
       bvh_(mesh_),
-      materials_(seed, terrain_, board_, board_frame_) {}
+      materials_(seed, terrain_, board_, board_frame_),
+      light_(mesh_.vertices.size(), Light{1, 1}) {}
 
 bool TrenchScene::Intersect(const RayD& ray, SceneHit* hit) const {
   if (!bvh_.Intersect(ray, std::numeric_limits<double>::infinity(), &hit->mesh)) return false;
@@ -84,7 +85,6 @@ Surface TrenchScene::SurfaceAt(const SceneHit& hit, double footprint_m) const {
 }
 
 void TrenchScene::BakeLight(int threads, const Control& control) {
-  light_.assign(mesh_.vertices.size(), {});
   constexpr std::int64_t kBlock = 512;
   const auto count = static_cast<std::int64_t>(mesh_.vertices.size());
   const auto basis = [](const Vec3d& n, Vec3d* tangent, Vec3d* bitangent) {

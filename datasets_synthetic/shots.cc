@@ -112,10 +112,10 @@ ShotPlan PlanShots(const ExcavationOptions& options) {
     shot.lens_idx = 0;
     shot.focal_35mm = ring_focal;
     const double angle = -0.5 * kPi + (i - 0.5 * (ring - 1)) * step + 0.03 * rng.Gaussian();
-    const double height = (i % 2 == 0 ? 1.55 : 2.25) + 0.06 * rng.Gaussian();
-    const Vec3d eye{3.35 * std::cos(angle), 2.85 * std::sin(angle), height};
-    const Vec3d target{0.30 * std::cos(angle) + 0.10 * rng.Gaussian(),
-                       0.20 * std::sin(angle) + 0.10 * rng.Gaussian(), -0.75};
+    const double height = (i % 2 == 0 ? 2.05 : 2.75) + 0.06 * rng.Gaussian();
+    const Vec3d eye{3.15 * std::cos(angle), 2.70 * std::sin(angle), height};
+    const Vec3d target{0.45 * std::cos(angle) + 0.10 * rng.Gaussian(),
+                       0.35 * std::sin(angle) + 0.10 * rng.Gaussian(), -0.75};
     Aim(&shot, eye, target, {0, 0, 1}, 0.015 * rng.Gaussian());
     plan.shots.push_back(shot);
   }

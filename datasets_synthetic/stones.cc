@@ -27,19 +27,19 @@ Vec3f StoneColor(Rng* rng) {
 // A convex body as a gauge: the p-norm of the distances to its faces, which rounds its edges.
 class StoneShape {
  public:
-  StoneShape(Rng* rng, bool rounded) : power_(rounded ? 5.0 : 13.0) {
+  StoneShape(Rng* rng, bool rounded) : power_(rounded ? 6.0 : 22.0) {
     // The six sides, a little askew, and some chipped corners.
     for (int axis = 0; axis < 3; ++axis) {
       for (const double sign : {-1.0, 1.0}) {
-        Vec3d n{0.10 * rng->Gaussian(), 0.10 * rng->Gaussian(), 0.10 * rng->Gaussian()};
+        Vec3d n{0.13 * rng->Gaussian(), 0.13 * rng->Gaussian(), 0.13 * rng->Gaussian()};
         (axis == 0 ? n.x : axis == 1 ? n.y : n.z) += sign;
-        Add(Normalized(n), rng->Uniform(0.92, 1.02));
+        Add(Normalized(n), rng->Uniform(0.90, 1.02));
       }
     }
     const int chips = 5 + rng->Index(5);
     for (int i = 0; i < chips; ++i) {
       const Vec3d n = Normalized(Vec3d{rng->Gaussian(), rng->Gaussian(), rng->Gaussian()});
-      Add(n, rng->Uniform(1.02, 1.30));
+      Add(n, rng->Uniform(0.98, 1.28));
     }
   }
 
@@ -88,7 +88,7 @@ void SceneBuilder::AddStone(const Stone& stone) {
       const auto warp = [n](int v) { return std::tan((2.0 * v / n - 1.0) * 0.25 * kPi); };
       const Vec3d d = Normalized(Vec3d{warp(i), warp(j), warp(k)});
       double r = shape.Radius(d);
-      r *= 1.0 + 0.055 * static_cast<double>(Fbm(d, 0.9, 3, 0.55f, 0, noise_seed).value);
+      r *= 1.0 + 0.05 * static_cast<double>(Fbm(d, 0.8, 4, 0.6f, 0, noise_seed).value);
       const Vec3d local{half.x * r * d.x, half.y * r * d.y, half.z * r * d.z};
       slot = mesh_->AddVertex(frame.ToWorld(local));
     }
@@ -145,7 +145,7 @@ void SceneBuilder::AddStoneWall() {
         AddStone({frame,
                   {0.5 * stone_length - 0.5 * joint, 0.5 * stone_width, 0.52 * stone_height},
                   StoneColor(&rng),
-                  12,
+                  14,
                   rng.Next()});
       }
       if (through) {
@@ -155,6 +155,21 @@ void SceneBuilder::AddStoneWall() {
       }
     }
     rise += height;
+  }
+  // Small stones wedged between the two faces and into the joints of the top.
+  for (int i = 0; i < 70; ++i) {
+    const double along = rng.Uniform(0.05, length - 0.1);
+    const double courses = along < length - 1.5 ? 3.6 : along < length - 0.85 ? 2.7 : 1.7;
+    Vec3d p = north + axis * along + across * (0.10 * rng.Gaussian());
+    p.z = terrain_.FloorHeight(p.x, p.y) + 0.125 * courses * rng.Uniform(0.6, 1.0);
+    const double size = rng.Uniform(0.022, 0.055);
+    const Frame3 frame =
+        MakeFrame(p, {rng.Uniform(0, 2 * kPi), 0.5 * rng.Gaussian(), rng.Uniform(0, 2 * kPi)});
+    AddStone({frame,
+              {size, size * rng.Uniform(0.6, 0.9), size * rng.Uniform(0.5, 0.8)},
+              StoneColor(&rng),
+              8,
+              rng.Next()});
   }
   DropBuried(first_triangle);
 }
