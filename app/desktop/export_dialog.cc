@@ -246,7 +246,7 @@ PictureExport ExportDialog::options() const {
       options.background.srgb = {1, 1, 1};
   }
   options.title = title_.toStdString();
-  options.subtitle = QLocale().toString(QDate::currentDate(), QLocale::ShortFormat).toStdString();
+  options.subtitle = QDate::currentDate().toString(Qt::ISODate).toStdString();
   if (scale_bar_) options.scale_bar = scale_bar_->isChecked();
   if (csv_) options.csv = csv_->isChecked();
   if (separate_) options.separate = separate_->isChecked();

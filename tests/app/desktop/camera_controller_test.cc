@@ -31,8 +31,8 @@ void ExpectOrthonormal(const CameraState& s) {
 class BothProjections : public testing::TestWithParam<Projection> {};
 INSTANTIATE_TEST_SUITE_P(Camera, BothProjections,
                          testing::Values(Projection::kPerspective, Projection::kOrthographic),
-                         [](const auto& info) {
-                           return info.param == Projection::kPerspective ? "Perspective"
+                         [](const auto& p) {
+                           return p.param == Projection::kPerspective ? "Perspective"
                                                                          : "Orthographic";
                          });
 
