@@ -37,6 +37,7 @@ QWidget* withBrowse(QLineEdit* edit, QWidget* parent, const std::function<QStrin
   auto* layout = new QHBoxLayout(row);
   layout->setContentsMargins(0, 0, 0, 0);
   auto* button = new QPushButton(ImportDialog::tr("Browse …"), row);
+  row->setFocusProxy(edit);
   layout->addWidget(edit, 1);
   layout->addWidget(button);
   QObject::connect(button, &QPushButton::clicked, edit, [edit, ask] {

@@ -18,7 +18,7 @@ namespace sherd {
 namespace {
 
 // Narrower than this the header takes two rows, or three.
-constexpr int kOneRow = 900, kTwoRows = 580;
+constexpr int kOneRow = 900, kTwoRows = 520;
 
 }  // namespace
 

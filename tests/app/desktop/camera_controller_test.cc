@@ -33,7 +33,7 @@ INSTANTIATE_TEST_SUITE_P(Camera, BothProjections,
                          testing::Values(Projection::kPerspective, Projection::kOrthographic),
                          [](const auto& p) {
                            return p.param == Projection::kPerspective ? "Perspective"
-                                                                         : "Orthographic";
+                                                                      : "Orthographic";
                          });
 
 TEST_P(BothProjections, FitShowsTheWholeSceneAndFillsTheView) {
