@@ -37,7 +37,7 @@ __global__ void __launch_bounds__(256)
 }
 
 template <class Program>
-__global__ void __launch_bounds__(Program::kThreads)
+__global__ void __launch_bounds__(Program::kThreads, Program::kBlocksPerMultiprocessor)
     BlockKernel(const __grid_constant__ Program program) {
   __shared__ alignas(16) unsigned char memory[sizeof(typename Program::Shared)];
   kernels::DeviceBlock<Program> block(reinterpret_cast<typename Program::Shared*>(memory));
@@ -187,8 +187,8 @@ class DeviceMachine {
         buffer->data_ = nullptr;
         const std::uint64_t free = AvailableBytes();
         throw ResourceError(std::string("the GPU's memory is full: ") + what + " need " +
-                                std::to_string(exact >> 20) + " MB, " +
-                                std::to_string(free >> 20) + " MB are free",
+                                std::to_string(exact >> 20) + " MB, " + std::to_string(free >> 20) +
+                                " MB are free",
                             exact, free);
       }
       CheckCuda(code, "cudaMalloc");
@@ -222,9 +222,9 @@ class DeviceMachine {
   void Download(T* destination, const Buffer<T>& buffer, std::size_t n) {
     const std::size_t bytes = n * sizeof(T);
     if (bytes > kSmallBytes) throw Error("DeviceMachine::Download is for small things");
-    CheckCuda(cudaMemcpyAsync(small_.data(), buffer.data(), bytes, cudaMemcpyDeviceToHost,
-                              stream_.get()),
-              "cudaMemcpyAsync from the GPU");
+    CheckCuda(
+        cudaMemcpyAsync(small_.data(), buffer.data(), bytes, cudaMemcpyDeviceToHost, stream_.get()),
+        "cudaMemcpyAsync from the GPU");
     Synchronize();
     std::memcpy(static_cast<void*>(destination), small_.data(), bytes);
   }
@@ -282,8 +282,8 @@ class DeviceMachine {
     cub::DoubleBuffer<std::uint32_t> v(values->content.data(), values->room.data());
     const auto count = static_cast<std::uint32_t>(n);
     std::size_t bytes = 0;
-    CheckCuda(
-        cub::DeviceRadixSort::SortPairs(nullptr, bytes, k, v, count, 0, bits, stream_.get()), name);
+    CheckCuda(cub::DeviceRadixSort::SortPairs(nullptr, bytes, k, v, count, 0, bits, stream_.get()),
+              name);
     Resize(&scratch_, bytes, "sorting");
     const Timed timed(this, name);
     CheckCuda(cub::DeviceRadixSort::SortPairs(scratch_.data(), bytes, k, v, count, 0, bits,

@@ -54,11 +54,13 @@ class FramePipeline {
       RenderRegion(job, {0, 0, camera.width, camera.height});
       kernels::TraceCounts counts;
       machine_.Download(&counts, counts_, 1);
-      frame.stats.hits = counts.hits;
-      frame.stats.rays_started_inside = counts.started_inside;
-      frame.stats.grazing = counts.grazing;
-      frame.stats.unresolved = counts.unresolved;
-      work_ = {counts.tests, counts.adds, counts.steps, counts.shade_adds, counts.wide};
+      using Counts = kernels::TraceCounts;
+      frame.stats.hits = counts.rare[Counts::kHits];
+      frame.stats.rays_started_inside = counts.rare[Counts::kStartedInside];
+      frame.stats.grazing = counts.rare[Counts::kGrazing];
+      frame.stats.unresolved = counts.rare[Counts::kUnresolved];
+      work_ = {counts.work[Counts::kTests], counts.work[Counts::kAdds], counts.work[Counts::kSteps],
+               counts.work[Counts::kShadeAdds], counts.rare[Counts::kWide]};
       frame.stats.bytes = machine_.ReservedBytes() - CloudBytes();
       machine_.EndFrame();
     }

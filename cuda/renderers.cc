@@ -38,8 +38,8 @@ std::unique_ptr<Renderer> MakeRenderer(Backend backend, std::string* why) {
   if (status.available) {
     try {
       auto renderer = MakeCudaWithFallback();
-      Say(why, "GPU (" + renderer->device() + ")" +
-                   (backend == Backend::kCuda ? ", as asked for" : ""));
+      Say(why,
+          "GPU (" + renderer->device() + ")" + (backend == Backend::kCuda ? ", as asked for" : ""));
       return renderer;
     } catch (const Error& error) {
       if (backend == Backend::kCuda) throw;

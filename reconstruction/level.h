@@ -14,7 +14,7 @@ namespace sherd {
 struct LevelOptions {
   std::uint64_t target_count = 0;  // > 0; more than there are points: every point, and said so
   bool remove_outliers = true;
-  double radius_factor = 0.0;  // radius = factor * local spacing; 0: the default (see level.cc)
+  double radius_factor = 0.0;  // radius = factor * local spacing; 0: the default (see radii.cc)
   double threshold = 0.0;      // 0: the default
   int max_photos_per_metaball = 8;
 };

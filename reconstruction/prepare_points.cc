@@ -10,15 +10,16 @@
 #include "reconstruction/level.h"
 #include "reconstruction/memory.h"
 #include "reconstruction/neighbors.h"
+#include "reconstruction/outliers.h"
 #include "reconstruction/parallel.h"
 #include "reconstruction/photo_lists.h"
-#include "reconstruction/stray_points.h"
+#include "reconstruction/seen_through.h"
 
 namespace sherd {
 namespace {
 
-constexpr int kNeighbors = 16;        // for the outlier test and the normals, the point not counted
-constexpr int kSpacingNeighbors = 8;  // for the spacing
+constexpr int kNeighbors = kOutlierNeighbors;  // for the normals too, the point not counted
+constexpr int kSpacingNeighbors = 8;           // for the spacing
 constexpr std::size_t kBlock = 4096;
 
 // Neighbours in space become neighbours in memory: every later pass is faster for it, and no
@@ -42,13 +43,6 @@ std::vector<std::uint32_t> MortonOrder(const std::vector<Vec3d>& positions) {
   order.reserve(keyed.size());
   for (const auto& [key, i] : keyed) order.push_back(i);
   return order;
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // The direction in which the points around `positions[i]` vary least.
@@ -104,72 +98,6 @@ class Viewers {
 bool IsUsableNormal(const Vec3f& n) {
   const float length = Length(n);
   return length > 0.1f && length < 10.0f;  // false for NaN
-}
-
-// Stray points by the statistic of pcl::StatisticalOutlierRemoval, the mean distance m to the 16
-// nearest neighbours (PCL's k-d tree), with two changes. PCL compares with mean + c * deviation
-// over the whole cloud, which far strays inflate: here the logarithms are compared, by their median
-// and their median deviation. And a cloud's density varies: a point is also a stray when m is far
-// above that of its own neighbours.
-std::vector<bool> FindOutliers(const NeighborSearch& search, const std::vector<float>& mean,
-                               const Control& control) {
-  const std::size_t n = mean.size();
-  std::vector<bool> outlier(n, false);
-  std::vector<double> logs;
-  logs.reserve(n);
-  for (const float m : mean) {
-    if (m > 0) logs.push_back(std::log(m));
-  }
-  if (logs.size() < n / 2) return outlier;  // mostly coincident points: nothing to compare with
-  const double median = Median(logs);
-  for (double& v : logs) v = std::abs(v - median);
-  const double deviation = 1.4826 * Median(std::move(logs));
-  // In a cloud of even density the deviation is about 0.15; at least three times the median
-  // distance is asked for.
-  const double limit = std::exp(median + std::max(std::log(3.0), 4.0 * deviation));
-  const double suspicious = std::exp(median) * 1.5;
-
-  std::vector<char> found(n, 0);
-  ParallelBlocks(
-      n, kBlock,
-      [&](std::size_t begin, std::size_t end) {
-        int idx[kNeighbors + 1];
-        float distance[kNeighbors + 1];
-        for (std::size_t i = begin; i < end; ++i) {
-          if (mean[i] > limit) {
-            found[i] = 1;
-            continue;
-          }
-          if (!(mean[i] > suspicious)) continue;
-          const int count = search.Nearest(i, kNeighbors + 1, idx, distance);
-          float around[kNeighbors + 1];
-          int m = 0;
-          for (int j = 0; j < count; ++j) {
-            if (static_cast<std::size_t>(idx[j]) != i) around[m++] = mean[idx[j]];
-          }
-          std::nth_element(around, around + m / 2, around + m);
-          found[i] = m > 0 && mean[i] > 3.0f * around[m / 2];
-        }
-      },
-      control, "finding stray points", 0.7, 0.8);
-  for (std::size_t i = 0; i < n; ++i) outlier[i] = found[i] != 0;
-  return outlier;
-}
-
-// Drops the points that are marked.
-void DropMarked(const std::vector<bool>& dropped, PreparedPoints* points) {
-  const std::size_t n = dropped.size();
-  std::vector<std::uint32_t> kept;
-  kept.reserve(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!dropped[i]) kept.push_back(static_cast<std::uint32_t>(i));
-  }
-  if (kept.size() == n) return;
-  points->outliers += n - kept.size();
-  points->points = Gather(points->points, kept);
-  std::size_t write = 0;
-  for (const std::uint32_t i : kept) points->spacing[write++] = points->spacing[i];
-  points->spacing.resize(write);
 }
 
 }  // namespace
@@ -235,16 +163,23 @@ PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const C
       control, "measuring the spacing", 0.1, 0.7);
 
   if (remove_outliers && n > 4 * kNeighbors) {
-    std::vector<bool> outlier = FindOutliers(search, mean, control);
-    std::vector<double> spacings(out.spacing.begin(), out.spacing.end());
-    const double spacing = Median(std::move(spacings));
-    const std::vector<bool> seen_through = FindSeenThrough(survey, out.points, spacing, control);
+    std::vector<bool> outlier = FindOutliers(search, mean, out.spacing, control);
+    std::vector<float> sorted = out.spacing;
+    std::nth_element(sorted.begin(), sorted.begin() + n / 2, sorted.end());
+    const std::vector<bool> seen_through =
+        FindSeenThrough(survey, out.points, sorted[n / 2], control);
     for (std::size_t i = 0; i < n; ++i) outlier[i] = outlier[i] || seen_through[i];
-    DropMarked(outlier, &out);
-    // What the first two tests leave of a cloud of strays is often a few specks.
-    if (out.points.size() > 4 * kNeighbors) {
-      const NeighborSearch remaining(out.points.position);
-      DropMarked(FindIslands(remaining, out.points.size(), spacing, control), &out);
+    std::vector<std::uint32_t> kept;
+    kept.reserve(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!outlier[i]) kept.push_back(static_cast<std::uint32_t>(i));
+    }
+    if (kept.size() < n) {
+      out.outliers += n - kept.size();
+      out.points = Gather(out.points, kept);
+      std::size_t write = 0;
+      for (const std::uint32_t i : kept) out.spacing[write++] = out.spacing[i];
+      out.spacing.resize(write);
     }
   }
   control.Report("points prepared", 1.0);

@@ -98,18 +98,16 @@ int RunCompare(const Options& options, const Environment& environment) {
   sheet.height = look.size ? look.size->height : 1080;
   sheet.title = options.title.empty() ? project.title() : options.title;
   sheet.metres_per_unit = project.metres_per_unit();
-  const PanelSize panel_size = PanelSizeFor(sheet, n);
+  PanelSizeFor(sheet, n);  // refuses a sheet that is too small before anything is loaded
 
   Progress progress(environment.stop);
   std::shared_ptr<const Survey> survey;
   if (look.needs_survey()) {
     survey = LoadSurveyWithPhotos(project, look.photo_folder, PartOf(progress.control(), 0, 0.1));
   }
-  ViewContext context;
-  context.bounds = project.bounds();
-  context.up = project.up();
-  context.front = project.front();
-  context.survey = survey.get();
+  const ViewContext context = project.MakeViewContext(survey.get());
+  sheet.subject_aspect = SubjectAspect(context, look.Request(true));
+  const PanelSize panel_size = PanelSizeFor(sheet, n);
   const Camera camera =
       MakeCamera(context, look.Request(true), panel_size.width, panel_size.height);
   sheet.subtitle = Subtitle(project, look, survey.get());

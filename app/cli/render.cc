@@ -72,7 +72,7 @@ PictureOptions PictureOptionsOf(const RenderOptions& options, const Source& sour
 
 // The size asked for, or the photograph's own, or 1280 x 720.
 Camera CameraFor(const LookOptions& look, const Source& source) {
-  ViewContext context = source.Context();
+  const ViewContext& context = source.view;
   const ViewRequest request = look.Request(false);
   if (look.photo.empty()) {
     const Size size = look.size.value_or(Size{1280, 720});

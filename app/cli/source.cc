@@ -70,11 +70,11 @@ Source OpenProject(const std::string& path, const SourceOptions& options, const 
   source.level = source.project->LoadLevel(name, PartOf(control, 0, 0.5));
   source.cloud = std::shared_ptr<const Cloud>(source.level, &source.level->cloud);
   source.threshold = source.level->stats.threshold;
-  source.bounds = source.project->bounds();
   if (options.survey) {
     source.survey =
         LoadSurveyWithPhotos(*source.project, options.photo_folder, PartOf(control, 0.5, 1));
   }
+  source.view = source.project->MakeViewContext(source.survey.get());
   return source;
 }
 
@@ -104,17 +104,6 @@ SourceKind KindOf(const std::string& path) {
                    "a COLMAP workspace is imported first: sherd import");
 }
 
-ViewContext Source::Context() const {
-  ViewContext context;
-  context.bounds = bounds;
-  if (project) {
-    context.up = project->up();
-    context.front = project->front();
-  }
-  context.survey = survey.get();
-  return context;
-}
-
 Source OpenSource(const std::string& path, const SourceOptions& options, const Control& control) {
   control.Report("reading", 0);
   const SourceKind kind = KindOf(path);
@@ -130,12 +119,12 @@ Source OpenSource(const std::string& path, const SourceOptions& options, const C
     source = OpenProject(path, options, control);
   } else if (kind == SourceKind::kPly) {
     source = OpenPly(path, options, control);
-    source.bounds = BoundsOf(*source.cloud);
+    source.view = ViewOf(*source.cloud);
   } else {
     MetaballFile file = ReadMetaballFile(path);
     source.threshold = file.threshold;
     source.cloud = std::make_shared<const Cloud>(std::move(file.cloud));
-    source.bounds = BoundsOf(*source.cloud);
+    source.view = ViewOf(*source.cloud);
   }
   source.kind = kind;
   source.path = path;
@@ -155,7 +144,7 @@ std::shared_ptr<const Survey> LoadSurveyWithPhotos(const Project& project,
   return elsewhere.LoadSurveyFromCache(control);
 }
 
-Box3d BoundsOf(const Cloud& cloud) {
+ViewContext ViewOf(const Cloud& cloud) {
   // A million centres say as much as all.
   constexpr std::size_t kSample = 1'000'000;
   const std::size_t step = std::max<std::size_t>(1, cloud.size() / kSample);
@@ -165,7 +154,10 @@ Box3d BoundsOf(const Cloud& cloud) {
     centers.push_back(cloud.frame.WorldFromLocal(cloud.center[i]));
     radii.push_back(cloud.RadiusOf(i));
   }
-  Box3d box = RobustBounds(centers);
+  ViewContext view;
+  Box3d& box = view.bounds;
+  box = RobustBounds(centers);
+  view.points = SamplePoints(centers, box);
   if (!radii.empty()) {
     const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
     std::nth_element(radii.begin(), middle, radii.end());
@@ -173,7 +165,7 @@ Box3d BoundsOf(const Cloud& cloud) {
     box.min = box.min - Vec3d{radius, radius, radius};
     box.max = box.max + Vec3d{radius, radius, radius};
   }
-  return box;
+  return view;
 }
 
 }  // namespace sherd::cli

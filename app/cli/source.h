@@ -26,13 +26,9 @@ struct Source {
   std::shared_ptr<const Survey> survey;  // of a project, where it was asked for
   std::shared_ptr<const Cloud> cloud;
   double threshold = 0.7;
-  Box3d bounds;
+  ViewContext view;  // refers to `survey`
   std::vector<std::string> warnings;
   std::uint64_t dropped = 0;  // metaballs of a .ply that cannot be drawn
-
-  // Valid while this object lives.
-  ViewContext Context() const;
-  std::string level_name() const { return level ? level->name : ""; }
 };
 
 struct SourceOptions {
@@ -50,7 +46,8 @@ std::shared_ptr<const Survey> LoadSurveyWithPhotos(const Project& project,
                                                    const std::string& photo_folder,
                                                    const Control& control);
 
-// What is worth looking at in a bare cloud: robust bounds of the centres and a radius around them.
-Box3d BoundsOf(const Cloud& cloud);
+// What is worth looking at in a bare cloud: robust bounds of the centres with a radius around them,
+// and some of the centres.
+ViewContext ViewOf(const Cloud& cloud);
 
 }  // namespace sherd::cli

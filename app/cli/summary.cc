@@ -22,7 +22,7 @@ Json ToJson(const LevelEntry& level) {
           {"radius_median", s.radius_median},
           {"radius_max", s.radius_max},
           {"threshold", s.threshold},
-          {"too_sparse_share", s.open_share},
+          {"gaps_likely_share", s.open_share},
           {"seconds", s.seconds},
           {"cloud_bytes", s.cloud_bytes}};
 }
@@ -90,8 +90,8 @@ std::string DescribeImport(const Project& project) {
 std::string DescribeLevels(const Project& project) {
   if (project.levels().empty()) return "";
   const std::optional<double>& scale = project.metres_per_unit();
-  std::vector<std::vector<std::string>> rows = {
-      {"level", "metaballs", "spacing", "radius", "threshold", "too sparse", "memory", "built in"}};
+  std::vector<std::vector<std::string>> rows = {{"level", "metaballs", "spacing", "radius",
+                                                 "threshold", "gaps likely", "memory", "built in"}};
   for (const LevelEntry& level : project.levels()) {
     const LevelStats& s = level.stats;
     rows.push_back({level.name, FormatGrouped(s.count), FormatLength(s.spacing, scale),

@@ -64,7 +64,7 @@ std::string FormatBytes(std::uint64_t bytes) {
     value /= 1024;
     ++unit;
   }
-  return FormatNumber(value, value < 100 ? 2 : 4) + " " + kUnits[unit];
+  return FormatNumber(value, value < 99.95 ? 3 : 4) + " " + kUnits[unit];
 }
 
 std::string FormatSeconds(double seconds) {
@@ -88,14 +88,14 @@ std::string FormatLength(double world_units, const std::optional<double>& metres
   const double slack = 1 - 0.5 * std::pow(10.0, -significant);
   if (size >= 1000 * slack) return FormatNumber(metres / 1000, significant) + " km";
   if (size >= slack || size == 0) return FormatNumber(metres, significant) + " m";
-  if (size >= 0.1 * slack) return FormatNumber(metres * 100, significant) + " cm";
   return FormatNumber(metres * 1000, significant) + " mm";
 }
 
 std::string FormatShare(double share) {
   const double percent = share * 100;
   if (percent > 0 && percent < 0.01) return "< 0.01 %";
-  return FormatNumber(percent, 2) + " %";
+  const int decimals = percent < 1 ? 2 : percent < 10 ? 1 : 0;
+  return ToChars(percent, std::chars_format::fixed, decimals) + " %";
 }
 
 }  // namespace sherd

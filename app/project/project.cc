@@ -155,6 +155,16 @@ std::shared_ptr<const Survey> Project::LoadSurveyFromCache(const Control& contro
   return survey;
 }
 
+ViewContext Project::MakeViewContext(const Survey* survey) const {
+  ViewContext context;
+  context.bounds = bounds_;
+  context.up = up_;
+  context.front = front_;
+  context.survey = survey;
+  context.points = ReadOutlineFile(Resolve(outline_file_));
+  return context;
+}
+
 std::shared_ptr<const Level> Project::LoadLevel(const std::string& name,
                                                 const Control& control) const {
   const LevelEntry& entry = FindLevel(name);

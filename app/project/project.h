@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "app/project/view.h"
 #include "metaball/control.h"
 #include "reconstruction/level.h"
 #include "reconstruction/survey.h"
@@ -69,6 +70,9 @@ class Project {
   const std::optional<Vec3d>& front() const { return front_; }
   // What to look at (robust bounds of the points, world).
   const Box3d& bounds() const { return bounds_; }
+  // What the view presets fit and are aligned to, the same for all levels. `survey` may be null; it
+  // must outlive the result. Throws InputError when a file of the project is missing or damaged.
+  ViewContext MakeViewContext(const Survey* survey = nullptr) const;
 
   void SetMetresPerUnit(std::optional<double> metres_per_unit) {
     metres_per_unit_ = metres_per_unit;
@@ -103,8 +107,8 @@ class Project {
   std::string Resolve(const std::string& relative) const;
 
   std::string path_;
-  std::string survey_file_;     // relative to the project file
-  std::uint64_t revision_ = 0;  // counts the saves
+  std::string survey_file_, outline_file_;  // relative to the project file
+  std::uint64_t revision_ = 0;              // counts the saves
   ImportSummary import_;
   std::vector<LevelEntry> levels_;
   std::optional<double> metres_per_unit_;

@@ -183,6 +183,7 @@ std::string ProjectJson::Write(const Project& project) {
        {{"source", Relative(import.source, project.path_)},
         {"photo_folder", Relative(import.photo_folder, project.path_)},
         {"survey", project.survey_file_},
+        {"outline", project.outline_file_},
         {"cameras", import.cameras},
         {"photographs", import.photographs},
         {"photographs_found", import.photographs_found},
@@ -237,6 +238,7 @@ void ProjectJson::Read(const std::string& text, Project* project) {
   summary.source = project->Resolve(import.Text("source"));
   summary.photo_folder = project->Resolve(import.Text("photo_folder"));
   project->survey_file_ = import.Text("survey");
+  project->outline_file_ = import.Text("outline");
   summary.cameras = import.Count("cameras");
   summary.photographs = import.Count("photographs");
   summary.photographs_found = import.Count("photographs_found");

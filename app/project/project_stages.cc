@@ -172,12 +172,19 @@ Project ImportSurvey(const ImportOptions& options, const std::string& project_pa
   Scratch survey_file(FreeName(data_folder, "survey", ".bin"));
   project.survey_file_ = survey_file.path().lexically_relative(project_folder).string();
   WriteSurveyFile(survey_file.path().string(), survey, PartOf(control, 0.9, 1));
+  Scratch outline_file(FreeName(data_folder, "outline", ".bin"));
+  project.outline_file_ = outline_file.path().lexically_relative(project_folder).string();
+  WriteOutlineFile(outline_file.path().string(),
+                   SamplePoints(survey.points.position, project.bounds_));
   control.ThrowIfStopped();
   summary.seconds = SecondsSince(start);
   project.SaveLocked();
   survey_file.Keep();
+  outline_file.Keep();
 
-  if (!old.survey_file_.empty()) RemoveOld(data_folder, old.Resolve(old.survey_file_));
+  for (const std::string& file : {old.survey_file_, old.outline_file_}) {
+    if (!file.empty()) RemoveOld(data_folder, old.Resolve(file));
+  }
   for (const LevelEntry& level : old.levels_) RemoveOld(data_folder, old.Resolve(level.folder));
   control.Report("imported", 1);
   return project;

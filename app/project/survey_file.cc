@@ -11,8 +11,9 @@ namespace {
 static_assert(sizeof(Vec3d) == 24 && sizeof(Vec3f) == 12 && sizeof(Rgb8) == 3);
 
 constexpr char kSurveyMagic[] = "SHERDSV\n";
+constexpr char kOutlineMagic[] = "SHERDOL\n";
 constexpr char kLevelMagic[] = "SHERDLV\n";
-constexpr std::uint32_t kSurveyVersion = 1, kLevelVersion = 1;
+constexpr std::uint32_t kSurveyVersion = 1, kOutlineVersion = 1, kLevelVersion = 1;
 constexpr const char* kSurveyHint = "import the survey again";
 constexpr const char* kLevelHint = "build the level again";
 
@@ -176,6 +177,22 @@ Survey ReadSurveyFile(const std::string& path, const Control& control) {
   }
   in.Finish();
   return survey;
+}
+
+void WriteOutlineFile(const std::string& path, const std::vector<Vec3d>& points) {
+  CheckedWriter out(path, kOutlineMagic, kOutlineVersion);
+  out.Value(static_cast<std::uint64_t>(points.size()));
+  out.Array(points);
+  out.Commit();
+}
+
+std::vector<Vec3d> ReadOutlineFile(const std::string& path) {
+  CheckedReader in(path, kOutlineMagic, kOutlineVersion, kSurveyHint);
+  std::vector<Vec3d> points;
+  const auto n = in.Value<std::uint64_t>();
+  in.Array(n, &points, {});
+  in.Finish();
+  return points;
 }
 
 void WriteLevelAttributes(const std::string& path, const Level& level) {

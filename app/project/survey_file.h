@@ -8,6 +8,7 @@
 //   uint64 points n, uint32 channels (1 colour, 2 normal, 4 error, 8 photographs, 16 dense)
 //   float64[3 n] position, uint8[3 n] colour, float32[3 n] normal, float32[n] error,
 //   uint64 total, uint32[n] photographs of each point, uint32[total] photo_idx
+// outline.bin: uint64 n, float64[3 n] position of some points
 // attributes.bin: text name, uint64 metaballs n, uint32 channels (2 normal, 8 photographs),
 //   float32[3 n] normal, uint64 total, uint32[n] photographs of each, uint16[total] photo_idx
 // (text: uint32 length and that many bytes.)
@@ -15,6 +16,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "metaball/control.h"
 #include "reconstruction/level.h"
@@ -27,6 +29,10 @@ void WriteSurveyFile(const std::string& path, const Survey& survey, const Contro
 // Points, cameras and photographs; the rest of Survey (scale, up, warnings) is the project file's.
 // Throws InputError with the byte, Cancelled.
 Survey ReadSurveyFile(const std::string& path, const Control& control = {});
+
+// The few points of a survey that the view presets are fitted to.
+void WriteOutlineFile(const std::string& path, const std::vector<Vec3d>& points);
+std::vector<Vec3d> ReadOutlineFile(const std::string& path);
 
 // Name, normals and photographs of a level; its cloud has a file of its own.
 void WriteLevelAttributes(const std::string& path, const Level& level);

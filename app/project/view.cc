@@ -1,7 +1,6 @@
 #include "app/project/view.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cmath>
 #include <numbers>
@@ -14,7 +13,7 @@
 namespace sherd {
 namespace {
 
-constexpr double kMargin = 0.94;  // the share of the picture that the bounds fill
+constexpr double kMargin = 0.9;  // the share of the picture that the subject fills
 
 std::string Lower(std::string text) {
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -72,49 +71,108 @@ std::string NearNames(const Survey& survey, const std::string& name) {
   return text;
 }
 
-std::array<Vec3d, 8> CornersFromCenter(const Box3d& box) {
+// What a fitted view has to show: the sample, or the corners of the box.
+std::vector<Vec3d> SubjectOf(const ViewContext& context) {
+  if (!context.points.empty()) return context.points;
+  const Box3d& box = context.bounds;
+  const Vec3d center = box.Center();
   Vec3d half = (box.max - box.min) * 0.5;
   if (!(Length(half) > 0)) half = {0.5, 0.5, 0.5};  // one point: a unit around it
-  std::array<Vec3d, 8> corners;
+  std::vector<Vec3d> corners;
   for (int i = 0; i < 8; ++i) {
-    corners[static_cast<std::size_t>(i)] = {i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y,
-                                            i & 4 ? half.z : -half.z};
+    corners.push_back(center + Vec3d{i & 1 ? half.x : -half.x, i & 2 ? half.y : -half.y,
+                                     i & 4 ? half.z : -half.z});
   }
   return corners;
 }
 
-// A camera that looks along `forward` and shows all of `box`.
-Camera FitBox(const Box3d& box, const Vec3d& forward, const Vec3d& up, const ViewRequest& request,
-              int width, int height) {
-  const Vec3d center = box.Center();
-  const std::array<Vec3d, 8> corners = CornersFromCenter(box);
-  const double radius = Length(corners[7]);
+// The share of the subject that may lie outside on each side: none of eight corners, a few of
+// a sample.
+double Quantile(std::vector<double>* values, double share) {
+  const std::size_t n = values->size();
+  const std::size_t cut = n / 500;
+  const std::size_t k = share > 0.5 ? n - 1 - cut : cut;
+  std::nth_element(values->begin(), values->begin() + static_cast<std::ptrdiff_t>(k),
+                   values->end());
+  return (*values)[k];
+}
+
+struct Range {
+  double lo = 0, hi = 0;
+  double middle() const { return 0.5 * (lo + hi); }
+  double length() const { return hi - lo; }
+};
+
+// Extent of the subject along an axis.
+Range ExtentAlong(const std::vector<Vec3d>& subject, const Vec3d& axis) {
+  std::vector<double> values;
+  values.reserve(subject.size());
+  for (const Vec3d& p : subject) values.push_back(Dot(p, axis));
+  Range range;
+  range.lo = Quantile(&values, 0);
+  range.hi = Quantile(&values, 1);
+  return range;
+}
+
+// A camera that looks along `forward` and shows the subject.
+Camera FitSubject(const ViewContext& context, const Vec3d& forward, const Vec3d& up,
+                  const ViewRequest& request, int width, int height) {
+  const std::vector<Vec3d> subject = SubjectOf(context);
+  const Camera axes = Camera::LookAt({}, forward, up, 1.0, width, height);
+  const Range x = ExtentAlong(subject, axes.right);
+  const Range y = ExtentAlong(subject, axes.down);
+  const Range z = ExtentAlong(subject, axes.forward);
+  const Vec3d center = axes.right * x.middle() + axes.down * y.middle() + axes.forward * z.middle();
+  // A subject without any extent (one point) is seen from one unit away.
+  const double size = std::max({x.length(), y.length(), z.length()});
+  const double reach = size > 0 ? size : 1.0;
   if (request.ortho_width || request.orthographic) {
-    const Vec3d eye = center - forward * (1.5 * radius);
-    if (request.ortho_width) {
-      return Camera::LookAtOrthographic(eye, center, up, *request.ortho_width, width, height);
-    }
-    const Camera axes = Camera::LookAtOrthographic(eye, center, up, 1.0, width, height);
-    double half_x = 0, half_y = 0;
-    for (const Vec3d& c : corners) {
-      half_x = std::max(half_x, std::abs(Dot(c, axes.right)));
-      half_y = std::max(half_y, std::abs(Dot(c, axes.down)));
-    }
-    const double ortho_width = 2 * std::max(half_x, half_y * width / height) / kMargin;
-    return Camera::LookAtOrthographic(eye, center, up, ortho_width, width, height);
+    // Far enough away for stray points in front to be seen too.
+    const Vec3d eye = center - axes.forward * (0.5 * z.length() + reach);
+    double fitted = std::max(x.length(), y.length() * width / height) / kMargin;
+    if (!(fitted > 0)) fitted = 2 * reach;
+    return Camera::LookAtOrthographic(eye, center, up, request.ortho_width.value_or(fitted), width,
+                                      height);
   }
   const double fov_deg = request.fov_x_deg.value_or(Setting("fov-x").fallback);
   const double fov = fov_deg * std::numbers::pi / 180;
-  Camera camera = Camera::LookAt(center - forward, center, up, fov, width, height);
-  double distance = 0.01 * radius;
-  for (const Vec3d& c : corners) {
-    const double behind = Dot(c, camera.forward);
-    const double x = std::abs(Dot(c, camera.right)) * camera.fx / (0.5 * width * kMargin);
-    const double y = std::abs(Dot(c, camera.down)) * camera.fy / (0.5 * height * kMargin);
-    distance = std::max(distance, std::max(x, y) - behind);
+  Camera camera = Camera::LookAt(center - axes.forward, center, up, fov, width, height);
+  // For each point, how far before the centre the eye must be for the point to be in the picture.
+  std::vector<double> needed;
+  needed.reserve(subject.size());
+  for (const Vec3d& p : subject) {
+    const Vec3d v = p - center;
+    const double px = std::abs(Dot(v, camera.right)) * camera.fx / (0.5 * width * kMargin);
+    const double py = std::abs(Dot(v, camera.down)) * camera.fy / (0.5 * height * kMargin);
+    needed.push_back(std::max(px, py) - Dot(v, camera.forward));
   }
-  camera.eye = center - camera.forward * distance;
+  const double distance = std::max(Quantile(&needed, 1), 0.01 * reach);
+  camera.eye = center - camera.forward * (size > 0 ? distance : reach);
   return camera;
+}
+
+struct Direction {
+  Vec3d forward, up;
+};
+
+Direction DirectionOf(ViewPreset preset, const PresetAxes& axes) {
+  switch (preset) {
+    case ViewPreset::kFront:
+      return {axes.north, axes.up};
+    case ViewPreset::kBack:
+      return {-axes.north, axes.up};
+    case ViewPreset::kLeft:
+      return {axes.east, axes.up};
+    case ViewPreset::kRight:
+      return {-axes.east, axes.up};
+    case ViewPreset::kTop:
+      return {-axes.up, axes.north};
+    case ViewPreset::kBottom:
+      return {axes.up, axes.north};
+    case ViewPreset::kIso:
+      break;
+  }
+  return {Normalized(axes.north - axes.east - axes.up), axes.up};
 }
 
 Camera PhotographCamera(const Survey& survey, const ViewRequest& request, int width, int height) {
@@ -239,41 +297,53 @@ Camera MakeCamera(const ViewContext& context, const ViewRequest& request, int wi
                                         height);
     }
     if (request.orthographic) {
-      Camera camera = FitBox(context.bounds, Normalized(look_at - *request.eye), axes.up, request,
-                             width, height);
-      return Camera::LookAtOrthographic(*request.eye, look_at, axes.up, width / camera.fx, width,
+      const Camera fitted =
+          FitSubject(context, Normalized(look_at - *request.eye), axes.up, request, width, height);
+      return Camera::LookAtOrthographic(*request.eye, look_at, axes.up, width / fitted.fx, width,
                                         height);
     }
     const double fov_deg = request.fov_x_deg.value_or(Setting("fov-x").fallback);
     return Camera::LookAt(*request.eye, look_at, axes.up, fov_deg * std::numbers::pi / 180, width,
                           height);
   }
-  Vec3d forward = axes.north, up = axes.up;
-  switch (request.preset) {
-    case ViewPreset::kFront:
-      break;
-    case ViewPreset::kBack:
-      forward = -axes.north;
-      break;
-    case ViewPreset::kLeft:
-      forward = axes.east;
-      break;
-    case ViewPreset::kRight:
-      forward = -axes.east;
-      break;
-    case ViewPreset::kTop:
-      forward = -axes.up;
-      up = axes.north;
-      break;
-    case ViewPreset::kBottom:
-      forward = axes.up;
-      up = axes.north;
-      break;
-    case ViewPreset::kIso:
-      forward = Normalized(axes.north - axes.east - axes.up);
-      break;
+  const Direction direction = DirectionOf(request.preset, axes);
+  return FitSubject(context, direction.forward, direction.up, request, width, height);
+}
+
+std::vector<Vec3d> SamplePoints(const std::vector<Vec3d>& points, const Box3d& bounds,
+                                std::size_t count) {
+  const auto inside = [&bounds](const Vec3d& p) {
+    return p.x >= bounds.min.x && p.x <= bounds.max.x && p.y >= bounds.min.y &&
+           p.y <= bounds.max.y && p.z >= bounds.min.z && p.z <= bounds.max.z;
+  };
+  const auto n = static_cast<std::size_t>(std::count_if(points.begin(), points.end(), inside));
+  std::vector<Vec3d> sample;
+  sample.reserve(std::min(n, count));
+  std::size_t seen = 0;
+  for (const Vec3d& p : points) {
+    if (!inside(p)) continue;
+    // The k-th of `count` is the one at which k n / count is passed.
+    if (n <= count || (seen * count) / n != ((seen + 1) * count) / n) sample.push_back(p);
+    ++seen;
   }
-  return FitBox(context.bounds, forward, up, request, width, height);
+  return sample;
+}
+
+double SubjectAspect(const ViewContext& context, const ViewRequest& request) {
+  if (!request.photo.empty()) {
+    if (!context.survey) return 1;
+    const Camera camera =
+        CameraOfPhotograph(*context.survey, FindPhotograph(*context.survey, request.photo));
+    return static_cast<double>(camera.width) / camera.height;
+  }
+  if (request.eye) return 1;
+  const PresetAxes axes = AxesFor(request.up ? request.up : context.up, context.front);
+  const Direction direction = DirectionOf(request.preset, axes);
+  const Camera camera = Camera::LookAt({}, direction.forward, direction.up, 1.0, 1, 1);
+  const std::vector<Vec3d> subject = SubjectOf(context);
+  const double width = ExtentAlong(subject, camera.right).length();
+  const double height = ExtentAlong(subject, camera.down).length();
+  return width > 0 && height > 0 ? width / height : 1;
 }
 
 std::string DescribeView(const ViewRequest& request) {

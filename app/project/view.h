@@ -34,7 +34,18 @@ struct ViewContext {
   std::optional<Vec3d> up;     // default: +z
   std::optional<Vec3d> front;  // the direction in which "front" looks; default: see PresetAxes
   const Survey* survey = nullptr;
+  // Some of the points inside `bounds`, world: the presets then fit these (but for the outermost
+  // 0.2 % on each side) instead of the box's corners. May be empty.
+  std::vector<Vec3d> points;
 };
+
+// At most `count` of the points inside `bounds`, evenly taken from their order.
+std::vector<Vec3d> SamplePoints(const std::vector<Vec3d>& points, const Box3d& bounds,
+                                std::size_t count = 4096);
+
+// Width over height of what the view shows of the points, for choosing a picture's shape; 1 where
+// nothing can be said. A photograph's own shape.
+double SubjectAspect(const ViewContext& context, const ViewRequest& request);
 
 // The axes the presets look along, world, orthonormal, right-handed: up; north, the direction in
 // which "front" looks and which is up in "top"; east = north x up.

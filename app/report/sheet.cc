@@ -174,7 +174,7 @@ std::vector<Figure> FiguresOf(const SheetPanel& panel, const SheetOptions& optio
   return {{"Spacing", FormatLength(level.spacing, options.metres_per_unit)},
           {"Radius", FormatLength(level.radius_median * scale, options.metres_per_unit)},
           {"Threshold", FormatNumber(panel.threshold)},
-          {"Too sparse", FormatShare(level.open_share)},
+          {"Gaps likely", FormatShare(level.open_share)},
           {"Render time", FormatSeconds(render.seconds_total)},
           {"Memory", FormatBytes(level.cloud_bytes + render.bytes)}};
 }
@@ -271,7 +271,7 @@ void DrawFooter(const SheetLayout& s, const SheetOptions& options, const Camera&
 Frame ComposeSheet(const SheetOptions& options, const Camera& camera,
                    const std::vector<SheetPanel>& panels) {
   const int n = static_cast<int>(panels.size());
-  const SheetLayout s = LayOutSheet(options.width, options.height, n);
+  const SheetLayout s = LayOutSheet(options.width, options.height, n, options.subject_aspect);
   if (camera.width != s.panel_width || camera.height != s.panel_height) {
     throw Error("the camera has not the size of the sheet's panels");
   }

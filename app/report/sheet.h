@@ -28,6 +28,8 @@ struct SheetOptions {
   // Perspective: the distance along the camera's axis at which the scale bar holds, world units.
   // Default: that of the surface in the middle of the picture, from the panels' depth planes.
   std::optional<double> scale_depth;
+  // Width over height of what is to be seen: the grid is chosen to show that largest.
+  double subject_aspect = 1.3;
 };
 
 // The size each panel's frame must have for a sheet of n panels. Throws Error when the sheet is too

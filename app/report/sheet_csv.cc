@@ -48,7 +48,7 @@ Row RowOf(const SheetPanel& panel, const std::optional<double>& metres_per_unit)
   }
   number("radius_scale", panel.radius_scale);
   number("threshold", panel.threshold);
-  number("too_sparse_share", level.open_share);
+  number("gaps_likely_share", level.open_share);
   number("build_seconds", level.seconds);
   count("rays", render.rays);
   count("hits", render.hits);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kLargestSide = 32000;     // cairo's image surfaces end at 32767
 constexpr double kSmallestUnit = 0.62;  // the smallest type is 12 units: 7.4 pixels
-constexpr double kFigureWidth = 106;    // units a figure under a panel needs
+constexpr double kFigureWidth = 98;     // units a figure under a panel needs
 constexpr double kSmallestPanel = 150;  // pixels, both sides
 
 std::optional<SheetLayout> Grid(int width, int height, int panels, int columns) {
@@ -40,17 +40,17 @@ std::optional<SheetLayout> Grid(int width, int height, int panels, int columns) 
   return s;
 }
 
-std::optional<SheetLayout> BestGrid(int width, int height, int panels) {
+std::optional<SheetLayout> BestGrid(int width, int height, int panels, double subject_aspect) {
+  const double aspect = std::clamp(subject_aspect, 0.2, 5.0);
   std::optional<SheetLayout> best;
   double best_area = 0;
   for (int columns = 1; columns <= panels; ++columns) {
     const std::optional<SheetLayout> s = Grid(width, height, panels, columns);
     if (!s) continue;
-    // What a picture between 1:1 and 16:9 can use of the panel.
-    const double w = std::min<double>(s->panel_width, s->panel_height * 16.0 / 9.0);
-    const double h = std::min<double>(s->panel_height, s->panel_width);
-    // Levels are compared best side by side: at equal area the wider grid wins.
-    const double area = w * h * (1 + 0.02 * columns);
+    // How large the subject appears. Levels are compared best side by side: at about the same size
+    // the wider grid wins.
+    const double w = std::min<double>(s->panel_width, s->panel_height * aspect);
+    const double area = w * w / aspect * (1 + 0.08 * columns / panels);
     if (area > best_area) {
       best_area = area;
       best = s;
@@ -69,18 +69,19 @@ int SheetLayout::PanelY(int panel) const {
   return static_cast<int>(margin + header + (panel / columns) * (panel_height + caption + gap));
 }
 
-SheetLayout LayOutSheet(int width, int height, int panels) {
+SheetLayout LayOutSheet(int width, int height, int panels, double subject_aspect) {
   if (panels < 1) throw Error("a sheet needs at least one panel");
   if (width < 1 || height < 1 || width > kLargestSide || height > kLargestSide) {
     throw Error("a sheet is between 1 and " + std::to_string(kLargestSide) + " pixels on a side");
   }
-  if (const std::optional<SheetLayout> s = BestGrid(width, height, panels)) return *s;
+  if (const std::optional<SheetLayout> s = BestGrid(width, height, panels, subject_aspect))
+    return *s;
   for (double scale = 1.02; scale < 1000; scale *= 1.02) {
     // To the next ten pixels.
     const int w = static_cast<int>(std::ceil(width * scale / 10)) * 10;
     const int h = static_cast<int>(std::ceil(height * scale / 10)) * 10;
     if (w > kLargestSide || h > kLargestSide) break;
-    if (BestGrid(w, h, panels)) {
+    if (BestGrid(w, h, panels, subject_aspect)) {
       throw Error("a sheet of " + std::to_string(width) + "x" + std::to_string(height) +
                   " pixels is too small for " + std::to_string(panels) +
                   (panels == 1 ? " level" : " levels") + "; " + std::to_string(w) + "x" +
@@ -93,7 +94,7 @@ SheetLayout LayOutSheet(int width, int height, int panels) {
 }
 
 PanelSize PanelSizeFor(const SheetOptions& options, int panels) {
-  const SheetLayout s = LayOutSheet(options.width, options.height, panels);
+  const SheetLayout s = LayOutSheet(options.width, options.height, panels, options.subject_aspect);
   return {s.panel_width, s.panel_height, s.columns, s.rows};
 }
 

@@ -25,6 +25,6 @@ struct SheetLayout {
 };
 
 // Throws Error as PanelSizeFor says.
-SheetLayout LayOutSheet(int width, int height, int panels);
+SheetLayout LayOutSheet(int width, int height, int panels, double subject_aspect);
 
 }  // namespace sherd

@@ -46,10 +46,10 @@ struct alignas(16) Vec4f {
 
 // Sums over a frame; all integers, so their order does not matter.
 struct TraceCounts {
-  unsigned long long hits = 0, started_inside = 0, grazing = 0, unresolved = 0;
-  unsigned long long wide = 0;  // rays whose column was too short (see Ray::wide)
-  // Work, filled in when kCountWork is asked for.
-  unsigned long long tests = 0, adds = 0, steps = 0, shade_adds = 0;
+  enum Rare { kHits, kStartedInside, kGrazing, kUnresolved, kWide, kRareCount };
+  enum Work { kTests, kAdds, kSteps, kShadeAdds, kWorkCount };
+  unsigned long long rare[kRareCount];
+  unsigned long long work[kWorkCount];  // where kCountWork is asked for; else 0
 };
 
 // Which features a scene uses: the kernel is compiled for them alone.
@@ -60,8 +60,9 @@ struct TraceTraits {
   using Real = RealT;  // float; double where radii differ so much that floats cannot carry them
   static constexpr bool kCountWork = kCountWorkV;
   // Metaballs that a ray can be near at once before it falls back to the tile's list. A sheet whose
-  // radius is 2.5 spacings has 20 over each point.
-  static constexpr int kColumn = sizeof(Real) == 8 ? 24 : kOwnRadius ? 32 : 40;
+  // radius is 2.5 spacings has 20 over each point. Chosen with the shared memory of a
+  // multiprocessor in mind: 5 blocks on 100 KB (3 on 64 KB, 10 on 228 KB) for uniform radii.
+  static constexpr int kColumn = sizeof(Real) == 8 ? 20 : kOwnRadius ? 28 : 34;
 };
 
 struct TraceParams {
@@ -102,6 +103,9 @@ struct TraceProgram {
   using V = Vec3<Real>;
   using Entry = ColumnEntry<Real, Traits::kOwnRadius>;
   static constexpr int kThreads = kTileRays;
+  // Asked of the compiler, so that it neither spills for more blocks than shared memory lets in nor
+  // takes more registers than these leave: 96 of 65536 in floats, 128 in doubles.
+  static constexpr int kBlocksPerMultiprocessor = sizeof(Real) == 8 ? 7 : 10;
   static constexpr int kColumn = Traits::kColumn;
 
   struct Shared {
@@ -116,8 +120,8 @@ struct TraceProgram {
     float front[kChunk + 1];         // distance from the eye; one more for what comes next
     std::uint32_t first_far[3];      // first staged entry out of reach, by turns
     std::uint32_t hit_min, hit_max;  // float bits of the nearest and farthest hit
-    std::uint32_t counted[5];
-    unsigned long long work[4];
+    std::uint32_t rare[TraceCounts::kRareCount];
+    unsigned long long work[TraceCounts::kWorkCount];
     union {
       Entry column[kColumn][kThreads];  // what each ray is near
       Vec4f shade[kChunk];              // later: linear colour and index of staged entries
@@ -537,7 +541,7 @@ struct TraceProgram {
         s.first_far[0] = kChunk;
         s.hit_min = 0x7f800000u;  // infinity
         s.hit_max = 0;
-        for (std::uint32_t& v : s.counted) v = 0;
+        for (std::uint32_t& v : s.rare) v = 0;
         for (unsigned long long& v : s.work) v = 0;
       }
     });
@@ -569,16 +573,16 @@ struct TraceProgram {
         const std::uint32_t bits = BitsOf(static_cast<float>(ray.hit));
         AtomicMin(&s.hit_min, bits);
         AtomicMax(&s.hit_max, bits);
-        AtomicAdd(&s.counted[0], 1);
-        if (ray.hit == 0.0) AtomicAdd(&s.counted[1], 1);
+        AtomicAdd(&s.rare[TraceCounts::kHits], 1);
+        if (!(ray.hit > 0.0)) AtomicAdd(&s.rare[TraceCounts::kStartedInside], 1);
       }
-      if (ray.grazing != 0) AtomicAdd(&s.counted[2], ray.grazing);
-      if (ray.unresolved) AtomicAdd(&s.counted[3], 1);
-      if (ray.wide) AtomicAdd(&s.counted[4], 1);
+      if (ray.grazing != 0) AtomicAdd(&s.rare[TraceCounts::kGrazing], ray.grazing);
+      if (ray.unresolved) AtomicAdd(&s.rare[TraceCounts::kUnresolved], 1);
+      if (ray.wide) AtomicAdd(&s.rare[TraceCounts::kWide], 1);
       if constexpr (Traits::kCountWork) {
-        AtomicAdd(&s.work[0], ray.tests);
-        AtomicAdd(&s.work[1], ray.adds);
-        AtomicAdd(&s.work[2], static_cast<unsigned long long>(ray.steps));
+        AtomicAdd(&s.work[TraceCounts::kTests], ray.tests);
+        AtomicAdd(&s.work[TraceCounts::kAdds], ray.adds);
+        AtomicAdd(&s.work[TraceCounts::kSteps], static_cast<unsigned long long>(ray.steps));
       }
       return hit;
     });
@@ -600,23 +604,16 @@ struct TraceProgram {
 
     block.Each([&](int thread, Ray& ray) {
       Write(tile_x0 + thread % kTileSize, tile_y0 + thread / kTileSize, ray);
-      if constexpr (Traits::kCountWork) AtomicAdd(&s.work[3], ray.shade_adds);
-      if (thread < 5 && s.counted[thread] != 0) {
-        unsigned long long* const sums[5] = {&p.counts->hits, &p.counts->started_inside,
-                                             &p.counts->grazing, &p.counts->unresolved,
-                                             &p.counts->wide};
-        AtomicAdd(sums[thread], static_cast<unsigned long long>(s.counted[thread]));
+      if (thread < TraceCounts::kRareCount && s.rare[thread] != 0) {
+        AtomicAdd(&p.counts->rare[thread], static_cast<unsigned long long>(s.rare[thread]));
+      }
+      if constexpr (Traits::kCountWork) {
+        AtomicAdd(&p.counts->work[TraceCounts::kShadeAdds], ray.shade_adds);
+        if (thread < TraceCounts::kShadeAdds) {
+          AtomicAdd(&p.counts->work[thread], s.work[thread]);
+        }
       }
     });
-    if constexpr (Traits::kCountWork) {
-      block.Each([&](int thread, Ray&) {
-        if (thread != 0) return;
-        AtomicAdd(&p.counts->tests, s.work[0]);
-        AtomicAdd(&p.counts->adds, s.work[1]);
-        AtomicAdd(&p.counts->steps, s.work[2]);
-        AtomicAdd(&p.counts->shade_adds, s.work[3]);
-      });
-    }
   }
 };
 

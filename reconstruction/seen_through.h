@@ -1,11 +1,9 @@
-// Points that belong to no surface, by two signs that local density does not show. Internal to
-// reconstruction/.
+// Stray points that local density does not show. Internal to reconstruction/.
 #pragma once
 
 #include <vector>
 
 #include "metaball/control.h"
-#include "reconstruction/neighbors.h"
 #include "reconstruction/survey.h"
 
 namespace sherd {
@@ -18,10 +16,5 @@ namespace sherd {
 // units.
 std::vector<bool> FindSeenThrough(const Survey& survey, const SurveyPoints& points, double spacing,
                                   const Control& control = {});
-
-// Points in groups too small to be a find: connected over gaps of at most four times `spacing`,
-// fewer than 30 points and fewer than one point in 5000. The largest group always stays.
-std::vector<bool> FindIslands(const NeighborSearch& search, std::size_t count, double spacing,
-                              const Control& control = {});
 
 }  // namespace sherd

@@ -1,4 +1,4 @@
-#include "reconstruction/stray_points.h"
+#include "reconstruction/seen_through.h"
 
 #include <algorithm>
 #include <atomic>
@@ -8,12 +8,10 @@
 
 #include "metaball/parallel.h"
 #include "reconstruction/camera_projector.h"
-#include "reconstruction/parallel.h"
 
 namespace sherd {
 namespace {
 
-constexpr std::size_t kBlock = 4096;
 // A grid over a picture so coarse that about this many of its points fall into a cell.
 constexpr double kPointsPerCell = 3.0;
 constexpr std::size_t kFewestPoints = 300;  // of a photograph that may testify
@@ -136,53 +134,6 @@ std::vector<bool> FindSeenThrough(const Survey& survey, const SurveyPoints& poin
         witnesses[i] >= kFewestWitnesses && 2 * witnesses[i] > static_cast<int>(listed);
   }
   return seen_through;
-}
-
-std::vector<bool> FindIslands(const NeighborSearch& search, std::size_t count, double spacing,
-                              const Control& control) {
-  constexpr int kNeighbors = 16;
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  const double reach = 4.0 * spacing;
-  // Neighbours first, in parallel; joining them into groups is quick and stays sequential.
-  std::vector<std::uint32_t> neighbor(count * kNeighbors, kNone);
-  ParallelBlocks(
-      count, kBlock,
-      [&](std::size_t begin, std::size_t end) {
-        int idx[kNeighbors];
-        float distance[kNeighbors];
-        for (std::size_t i = begin; i < end; ++i) {
-          const int found = search.Nearest(i, kNeighbors, idx, distance);
-          for (int j = 0; j < found; ++j) {
-            if (distance[j] <= reach) neighbor[i * kNeighbors + j] = idx[j];
-          }
-        }
-      },
-      control, "finding islands of points", 0.8, 0.95);
-
-  std::vector<std::uint32_t> parent(count);
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](std::uint32_t i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (std::size_t i = 0; i < count; ++i) {
-    for (int j = 0; j < kNeighbors; ++j) {
-      const std::uint32_t other = neighbor[i * kNeighbors + j];
-      if (other == kNone) continue;
-      const std::uint32_t a = root(static_cast<std::uint32_t>(i)), b = root(other);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-  }
-  std::vector<std::uint32_t> size(count, 0);
-  for (std::size_t i = 0; i < count; ++i) ++size[root(static_cast<std::uint32_t>(i))];
-  const std::uint32_t largest = count ? *std::max_element(size.begin(), size.end()) : 0;
-  const auto smallest_kept =
-      std::min<std::size_t>(largest, std::max<std::size_t>(30, count / 5000));
-  std::vector<bool> island(count, false);
-  for (std::size_t i = 0; i < count; ++i) {
-    island[i] = size[root(static_cast<std::uint32_t>(i))] < smallest_kept;
-  }
-  return island;
 }
 
 }  // namespace sherd

@@ -1,0 +1,265 @@
+// Every backend of this machine against the double-precision reference, scene by scene.
+//
+//   sherd_cuda_check [--json FILE] [--count N] [--size WxH] [--backend NAME]... [--scene TEXT]
+//
+// Backends: cpu, host-loop (the CUDA kernels' bodies run on the CPU), cuda where a GPU can be used.
+// Needs a compiler and the toolkit, nothing else. Exits with 1 when a backend breaks the contract,
+// 2 when a command line cannot be used.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <iostream>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cuda/cuda_renderer.h"
+#include "cuda/host_loop.h"
+#include "cuda/renderers.h"
+#include "json_writer.h"
+#include "metaball/atomic_file.h"
+#include "metaball/frame_difference.h"
+#include "metaball/supersample.h"
+#include "scenes.h"
+
+namespace sherd {
+namespace {
+
+struct Options {
+  std::string json, scene;
+  std::uint64_t count = 10000;
+  int width = 160, height = 90;
+  std::vector<std::string> backends;
+};
+
+struct Result {
+  std::string scene, backend, device;
+  FrameDifference difference;
+  bool has_reference = true;       // a supersampled picture is compared with the CPU's
+  std::uint64_t off_from_cpu = 0;  // pixels that differ by more than 8/255 from the CPU renderer's
+  RenderStats stats;
+  bool passed = true;
+  bool beyond_floats = false;
+  std::string error;
+};
+
+Options ParseOptions(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string name = argv[i];
+    if (i + 1 == argc) throw std::invalid_argument(name + " needs a value");
+    const std::string value = argv[++i];
+    if (name == "--json") {
+      options.json = value;
+    } else if (name == "--scene") {
+      options.scene = value;
+    } else if (name == "--backend") {
+      if (value != "cpu" && value != "host-loop" && value != "cuda") {
+        throw std::invalid_argument("there is no backend '" + value +
+                                    "'; use cpu, host-loop or cuda");
+      }
+      options.backends.push_back(value);
+    } else if (name == "--count") {
+      options.count = std::strtoull(value.c_str(), nullptr, 10);
+      if (options.count < 100 || options.count > 50'000'000) {
+        throw std::invalid_argument("--count must lie between 100 and 50000000");
+      }
+    } else if (name == "--size") {
+      if (std::sscanf(value.c_str(), "%dx%d", &options.width, &options.height) != 2 ||
+          options.width < 16 || options.height < 16 || options.width > 16384 ||
+          options.height > 16384) {
+        throw std::invalid_argument("--size is WxH, each between 16 and 16384");
+      }
+    } else {
+      throw std::invalid_argument("there is no option '" + name + "'");
+    }
+  }
+  return options;
+}
+
+std::uint64_t PixelsOff(const Frame& a, const Frame& b) {
+  std::uint64_t off = 0;
+  for (std::size_t i = 0; i < a.color.size(); ++i) {
+    const Pixel &p = a.color[i], &q = b.color[i];
+    const float worst = std::max(
+        {std::abs(p.r - q.r), std::abs(p.g - q.g), std::abs(p.b - q.b), std::abs(p.a - q.a)});
+    if (!(worst <= 8.0f / 255)) ++off;
+  }
+  return off;
+}
+
+// The contract: nothing missed or invented but grazing pixels, at most 1 in 100 000 off in colour,
+// depths within the scene's tolerance, no ray given up.
+bool Passes(const Result& r, double depth_tolerance) {
+  if (!r.error.empty() || r.stats.unresolved != 0) return false;
+  const std::uint64_t pixels = r.stats.rays;
+  if (!r.has_reference) return r.off_from_cpu <= pixels / 100000;
+  return r.difference.missed == 0 && r.difference.invented == 0 &&
+         r.difference.color_off <= pixels / 100000 && r.difference.depth_max <= depth_tolerance;
+}
+
+void WriteReport(const Options& options, const std::string& cuda, bool passed,
+                 const std::vector<Result>& results) {
+  JsonWriter json;
+  json.BeginObject()
+      .Field("program", "sherd_cuda_check")
+      .Field("cuda", cuda)
+      .Field("metaballs_of_peer_scenes", options.count)
+      .Field("width", options.width)
+      .Field("height", options.height)
+      .Field("passed", passed)
+      .Key("results")
+      .BeginArray();
+  for (const Result& r : results) {
+    json.BeginObject()
+        .Field("scene", r.scene)
+        .Field("backend", r.backend)
+        .Field("device", r.device)
+        .Field("passed", r.passed)
+        .Field("beyond_floats", r.beyond_floats);
+    if (!r.error.empty()) {
+      json.Field("error", r.error).EndObject();
+      continue;
+    }
+    json.Field("pixels_off_from_cpu_by_more_than_8_255", r.off_from_cpu);
+    if (r.has_reference) {
+      const FrameDifference& d = r.difference;
+      json.Field("pixels", d.pixels)
+          .Field("missed", d.missed)
+          .Field("invented", d.invented)
+          .Field("pixels_off_by_more_than_8_255", d.color_off)
+          .Field("largest_colour_difference", d.color_max)
+          .Field("largest_depth_difference_in_radii", d.depth_max)
+          .Field("largest_normal_difference_deg", d.normal_max_deg)
+          .Field("grazing_pixels_left_out", d.grazing);
+    }
+    const RenderStats& s = r.stats;
+    json.Field("metaballs", s.metaballs)
+        .Field("metaballs_in_view", s.metaballs_in_view)
+        .Field("tile_entries", s.tile_entries)
+        .Field("rays", s.rays)
+        .Field("hits", s.hits)
+        .Field("rays_started_inside", s.rays_started_inside)
+        .Field("grazing", s.grazing)
+        .Field("unresolved", s.unresolved)
+        .Field("seconds_prepare", s.seconds_prepare)
+        .Field("seconds_bin", s.seconds_bin)
+        .Field("seconds_trace", s.seconds_trace)
+        .Field("seconds_total", s.seconds_total)
+        .Field("bytes", s.bytes)
+        .EndObject();
+  }
+  json.EndArray().EndObject();
+  const std::string text = json.text();
+  AtomicFile file(options.json);
+  file.Write(text.data(), text.size());
+  file.Commit();
+}
+
+Result RunScene(const CheckScene& scene, Renderer* renderer, const ReferenceFrame* reference,
+                const Frame& cpu) {
+  Result r;
+  r.scene = scene.name;
+  r.backend = renderer->backend();
+  r.device = renderer->device();
+  r.beyond_floats = scene.beyond_floats;
+  r.has_reference = reference != nullptr;
+  RenderSettings settings;
+  settings.planes = {true, true, true};
+  settings.supersample = scene.supersample;
+  try {
+    const Frame frame = renderer->Render(scene.scene, scene.camera, settings);
+    r.stats = frame.stats;
+    if (reference) {
+      r.difference = CompareToReference(frame, *reference, scene.scene.cloud->frame.unit);
+    }
+    r.off_from_cpu = PixelsOff(frame, cpu);
+  } catch (const std::exception& error) {
+    r.error = error.what();
+  }
+  r.passed = Passes(r, scene.depth_tolerance);
+  return r;
+}
+
+void Print(const Result& r) {
+  std::printf("%-4s %-38s %-9s ", r.passed ? "ok" : "FAIL", r.scene.c_str(), r.backend.c_str());
+  if (!r.error.empty()) {
+    std::printf("%s\n", r.error.c_str());
+    return;
+  }
+  if (r.has_reference) {
+    std::printf("missed %llu invented %llu off %llu depth %.1e r",
+                static_cast<unsigned long long>(r.difference.missed),
+                static_cast<unsigned long long>(r.difference.invented),
+                static_cast<unsigned long long>(r.difference.color_off), r.difference.depth_max);
+  } else {
+    std::printf("off from the CPU's %llu", static_cast<unsigned long long>(r.off_from_cpu));
+  }
+  std::printf(", %.1f ms\n", r.stats.seconds_total * 1e3);
+  std::fflush(stdout);
+}
+
+int Run(const Options& options) {
+  const CudaStatus status = QueryCuda();
+  const std::string cuda = status.available ? status.device : "not used: " + status.reason;
+  std::printf("CUDA: %s\n", cuda.c_str());
+  std::vector<std::string> names = options.backends;
+  if (names.empty()) {
+    names = {"cpu", "host-loop"};
+    if (status.available) names.push_back("cuda");
+  }
+  const auto cpu = MakeCpuRenderer();
+  std::vector<std::unique_ptr<Renderer>> renderers;
+  for (const std::string& name : names) {
+    if (name == "cpu") {
+      renderers.push_back(MakeCpuRenderer());
+    } else if (name == "host-loop") {
+      renderers.push_back(MakeHostLoopRenderer());
+    } else {
+      renderers.push_back(MakeCudaRenderer());  // throws where there is no GPU
+    }
+  }
+
+  std::vector<Result> results;
+  bool passed = true;
+  for (const CheckScene& scene : MakeCheckScenes(options.count, options.width, options.height)) {
+    if (scene.name.find(options.scene) == std::string::npos) continue;
+    RenderSettings settings;
+    settings.supersample = scene.supersample;
+    const Frame cpu_frame = cpu->Render(scene.scene, scene.camera, settings);
+    ReferenceFrame reference;
+    const bool compare = scene.supersample == 1;
+    if (compare) reference = ReferenceRender(scene.scene, scene.camera);
+    for (const auto& renderer : renderers) {
+      results.push_back(RunScene(scene, renderer.get(), compare ? &reference : nullptr, cpu_frame));
+      Print(results.back());
+      // The CPU renderer has floats alone; its figures are kept, but the scene does not judge it.
+      const bool judged = !(scene.beyond_floats && renderer->backend() == "cpu");
+      if (judged) passed = passed && results.back().passed;
+    }
+  }
+  if (results.empty()) throw std::invalid_argument("no scene's name holds '" + options.scene + "'");
+  if (!options.json.empty()) WriteReport(options, cuda, passed, results);
+  std::printf("%s\n", passed ? "passed" : "FAILED");
+  return passed ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace sherd
+
+int main(int argc, char** argv) {
+  try {
+    return sherd::Run(sherd::ParseOptions(argc, argv));
+  } catch (const std::invalid_argument& error) {
+    std::cerr << "sherd_cuda_check: " << error.what() << "\n";
+    return 2;
+  } catch (const std::exception& error) {
+    std::cerr << "sherd_cuda_check: " << error.what() << "\n";
+    return 1;
+  }
+}
