@@ -205,6 +205,7 @@ class DeviceMachine {
     buffer->size_ = buffer->capacity_ = 0;
     CheckCuda(cudaFree(data), "cudaFree");
   }
+  void ReleaseScratch() { Release(&scratch_); }
   template <class T>
   void Zero(Buffer<T>* buffer, std::size_t n) {
     if (n == 0) return;
@@ -269,6 +270,11 @@ class DeviceMachine {
     if (blocks == 0) return;
     ThrowIfStopped();
     const Timed timed(this, name);
+    // Blocks are limited by shared memory, and read little else through the cache it shares.
+    CheckCuda(
+        cudaFuncSetAttribute(BlockKernel<Program>, cudaFuncAttributePreferredSharedMemoryCarveout,
+                             cudaSharedmemCarveoutMaxShared),
+        "cudaFuncSetAttribute");
     BlockKernel<Program>
         <<<static_cast<unsigned>(blocks), Program::kThreads, 0, stream_.get()>>>(program);
     CheckCuda(cudaGetLastError(), std::string("launch of ") + name);

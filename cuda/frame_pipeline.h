@@ -47,11 +47,15 @@ class FramePipeline {
       const auto upload = std::chrono::steady_clock::now();
       UseCloud(scene.cloud);
       frame.stats.seconds_prepare = SecondsSince(upload);
-      machine_.Resize(&counts_, 1, "counters");
-      machine_.Zero(&counts_, 1);
-      machine_.Resize(&totals_, 1, "counters");
-      Job job{scene, camera, settings, control, &frame};
-      RenderRegion(job, {0, 0, camera.width, camera.height});
+      const RenderStats before = frame.stats;
+      try {
+        RenderAll(scene, camera, settings, control, &frame);
+      } catch (const ResourceError&) {
+        // Buffers of earlier frames, of other sizes, may hold what this one needs.
+        ReleaseFrame();
+        frame.stats = before;
+        RenderAll(scene, camera, settings, control, &frame);
+      }
       kernels::TraceCounts counts;
       machine_.Download(&counts, counts_, 1);
       using Counts = kernels::TraceCounts;
@@ -90,6 +94,35 @@ class FramePipeline {
     Buffer<std::int32_t> id;
   };
 
+  void RenderAll(const Scene& scene, const Camera& camera, const RenderSettings& settings,
+                 const Control& control, Frame* frame) {
+    machine_.Resize(&counts_, 1, "counters");
+    machine_.Zero(&counts_, 1);
+    machine_.Resize(&totals_, 1, "counters");
+    Job job{scene, camera, settings, control, frame};
+    RenderRegion(job, {0, 0, camera.width, camera.height});
+  }
+
+  // Gives back all but the cloud.
+  void ReleaseFrame() {
+    machine_.Release(&box_);
+    machine_.Release(&front_);
+    machine_.Release(&tile_count_);
+    machine_.Release(&offset_);
+    for (auto* sort : {&key_, &item_, &tile_, &entry_}) {
+      machine_.Release(&sort->content);
+      machine_.Release(&sort->room);
+    }
+    machine_.Release(&range_);
+    for (PlaneBuffers* planes : {&samples_, &pixels_}) {
+      machine_.Release(&planes->color);
+      machine_.Release(&planes->depth);
+      machine_.Release(&planes->normal);
+      machine_.Release(&planes->id);
+    }
+    machine_.ReleaseScratch();
+  }
+
   static double SecondsSince(std::chrono::steady_clock::time_point begin) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   }
@@ -115,6 +148,7 @@ class FramePipeline {
                               " are free; choose a level with fewer metaballs or the CPU",
                           needed, available);
     }
+    if (needed > machine_.AvailableBytes()) ReleaseFrame();
     machine_.Resize(&center_, n, "centres");
     machine_.Upload(&center_, cloud->center.data(), n);
     machine_.Resize(&radius_, cloud->radius.size(), "radii");

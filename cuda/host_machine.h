@@ -81,6 +81,7 @@ class HostMachine {
     reserved_ -= buffer->bytes();
     *buffer = {};
   }
+  void ReleaseScratch() {}
   template <class T>
   void Zero(Buffer<T>* buffer, std::size_t n) {
     std::memset(static_cast<void*>(buffer->data()), 0, n * sizeof(T));

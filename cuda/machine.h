@@ -3,6 +3,7 @@
 //
 //   template <class T> class Buffer     memory of the machine: data(), size(), bytes()
 //   Reserve(&buffer, n, what)           at least n elements; the content is lost when it grows
+//   Release(&buffer), ReleaseScratch()   gives memory back
 //   Zero(&buffer, n)                    the first n elements
 //   Upload(&buffer, source, n), Download(destination, buffer, n)
 //                                       Download waits for all work before it

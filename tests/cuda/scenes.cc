@@ -194,18 +194,18 @@ class Builder {
 
   void Extremes() {
     CloudInput coincident;
-    coincident.center.assign(3000, {0.1, 0.2, 0.3});
+    coincident.center.assign(1000, {0.1, 0.2, 0.3});
     coincident.uniform_radius = 1;
-    Add("three_thousand_at_one_place", SceneOf(coincident), Front().Resized(48, 32));
+    Add("a_thousand_at_one_place", SceneOf(coincident), Front().Resized(48, 32));
     CloudInput cell;
     Random random(12);
     cell.center.push_back({1, 1, 1});  // gives the scene its extent
-    for (int i = 0; i < 20000; ++i) {
+    for (int i = 0; i < 5000; ++i) {
       cell.center.push_back(
           {1e-4 * random.Signed(), 1e-4 * random.Signed(), 1e-4 * random.Signed()});
     }
     cell.uniform_radius = 0.3;
-    Add("twenty_thousand_in_one_cell", SceneOf(cell, 100), Front().Resized(24, 16));
+    Add("five_thousand_in_one_cell", SceneOf(cell, 100), Front().Resized(24, 16));
     // A rise of the field just above and just below the threshold between two metaballs.
     for (const double factor : {0.999, 1.001}) {
       CloudInput pair;
