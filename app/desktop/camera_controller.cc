@@ -29,6 +29,19 @@ double FocalPixels(double view_angle, int width, int height) {
 
 }  // namespace
 
+Camera Letterboxed(const Camera& camera, int width, int height) {
+  const double scale = std::min(static_cast<double>(width) / camera.width,
+                                static_cast<double>(height) / camera.height);
+  Camera result = camera;
+  result.width = width;
+  result.height = height;
+  result.fx = camera.fx * scale;
+  result.fy = camera.fy * scale;
+  result.cx = camera.cx * scale + 0.5 * (width - camera.width * scale);
+  result.cy = camera.cy * scale + 0.5 * (height - camera.height * scale);
+  return result;
+}
+
 void CameraController::SetScene(const Box3d& bounds, const Vec3d& up) {
   bounds_ = bounds;
   up_ = Normalized(up, Vec3d{0, 0, 1});
@@ -39,10 +52,7 @@ double CameraController::SceneSize() const {
   return diagonal > 0 && std::isfinite(diagonal) ? diagonal : 1.0;
 }
 
-void CameraController::SetState(const CameraState& state) {
-  state_ = state;
-  Orthonormalise(&state_);
-}
+void CameraController::SetState(const CameraState& state) { state_ = state; }
 
 Camera CameraController::MakeCamera(int width, int height) const {
   Camera camera;
@@ -64,11 +74,14 @@ Camera CameraController::MakeCamera(int width, int height) const {
   camera.eye = state_.eye();
   if (state_.film) {
     const PhotoFilm& film = *state_.film;
-    const double scale = std::min(camera.width / film.width, camera.height / film.height);
-    camera.fx = film.fx * scale;
-    camera.fy = film.fy * scale;
-    camera.cx = film.cx * scale + 0.5 * (camera.width - film.width * scale);
-    camera.cy = film.cy * scale + 0.5 * (camera.height - film.height * scale);
+    Camera whole = camera;
+    whole.width = film.width;
+    whole.height = film.height;
+    whole.fx = film.fx;
+    whole.fy = film.fy;
+    whole.cx = film.cx;
+    whole.cy = film.cy;
+    camera = Letterboxed(whole, camera.width, camera.height);
   } else {
     camera.fx = camera.fy = FocalPixels(state_.view_angle, camera.width, camera.height);
   }
@@ -92,12 +105,8 @@ void CameraController::LookThrough(const Camera& photograph) {
   const double depth = Dot(bounds_.Center() - photograph.eye, state_.forward);
   state_.distance = depth > 1e-3 * SceneSize() ? depth : 0.5 * SceneSize();
   state_.target = photograph.eye + state_.forward * state_.distance;
-  state_.film = PhotoFilm{static_cast<double>(photograph.width),
-                          static_cast<double>(photograph.height),
-                          photograph.fx,
-                          photograph.fy,
-                          photograph.cx,
-                          photograph.cy};
+  state_.film = PhotoFilm{photograph.width, photograph.height, photograph.fx,
+                          photograph.fy,    photograph.cx,     photograph.cy};
   state_.view_angle = 2.0 * std::atan(0.5 * std::min(photograph.width / photograph.fx,
                                                      photograph.height / photograph.fy));
 }

@@ -13,7 +13,7 @@ namespace sherd {
 
 // The intrinsics of a photograph one looks through: kept as they are, letter-boxed into the view.
 struct PhotoFilm {
-  double width = 0, height = 0;  // pixels, > 0
+  int width = 0, height = 0;  // pixels, > 0
   double fx = 1, fy = 1, cx = 0, cy = 0;
   friend bool operator==(const PhotoFilm&, const PhotoFilm&) = default;
 };
@@ -29,6 +29,10 @@ struct CameraState {
   Vec3d eye() const { return target - forward * distance; }
   friend bool operator==(const CameraState&, const CameraState&) = default;
 };
+
+// The camera that shows all of `camera`'s picture, as large as it fits, in the middle of
+// width x height pixels.
+Camera Letterboxed(const Camera& camera, int width, int height);
 
 class CameraController {
  public:

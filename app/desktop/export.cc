@@ -157,7 +157,7 @@ void ExportScreenshot(const ExportScene& scene, const ExportView& view,
   const std::unique_ptr<Renderer> renderer = scene.factory(scene.backend, nullptr);
   job.renderer = renderer.get();
 
-  const Camera camera = scene.camera.MakeCamera(options.width, options.height);
+  const Camera camera = Letterboxed(scene.camera, options.width, options.height);
   PictureOptions picture;
   picture.alpha = options.background.transparent;
   picture.bits = options.bits;
@@ -165,7 +165,7 @@ void ExportScreenshot(const ExportScene& scene, const ExportView& view,
   PictureWriter writer(options.path, options.width, options.height, picture);
   std::optional<ScaleBarLayer> bar;
   if (options.scale_bar && scene.document->metres_per_unit()) {
-    bar.emplace(camera, scene.camera.state().distance, *scene.document->metres_per_unit());
+    bar.emplace(camera, scene.target_depth, *scene.document->metres_per_unit());
   }
   RenderInBands(
       job, camera, options.supersample,
@@ -190,9 +190,9 @@ void ExportSheet(const ExportScene& scene, const std::vector<ExportView>& views,
   sheet.subtitle = options.subtitle;
   sheet.metres_per_unit = scene.document->metres_per_unit();
   // As in the window.
-  sheet.scale_depth = scene.camera.state().distance;
+  sheet.scale_depth = scene.target_depth;
   const PanelSize size = PanelSizeFor(sheet, static_cast<int>(views.size()));
-  const Camera camera = scene.camera.MakeCamera(size.width, size.height);
+  const Camera camera = Letterboxed(scene.camera, size.width, size.height);
   const std::unique_ptr<Renderer> renderer = scene.factory(scene.backend, nullptr);
   std::shared_ptr<const Survey> survey;
   std::unique_ptr<PhotographShader> photographs;

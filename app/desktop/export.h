@@ -36,7 +36,8 @@ struct PictureExport {
 
 struct ExportScene {
   std::shared_ptr<Document> document;
-  CameraController camera;
+  Camera camera;            // as in the window; shown whole at any size
+  double target_depth = 0;  // along its axis: where a perspective scale bar holds
   Lighting lighting;
   Backend backend = Backend::kAuto;
   RendererFactory factory;

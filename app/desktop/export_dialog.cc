@@ -38,6 +38,12 @@ constexpr SizePreset kPresets[] = {
     {QT_TRANSLATE_NOOP("sherd::ExportDialog", "A3 landscape, 300 dpi"), 4961, 3508},
 };
 constexpr const char* kExtensions[] = {"png", "tif", "exr"};
+QLabel* labelFor(const QString& text, QWidget* field) {
+  auto* label = new QLabel(text, field->parentWidget());
+  label->setBuddy(field);
+  return label;
+}
+
 enum BackgroundChoice { kWhite, kBlack, kGrey, kTransparent };
 
 }  // namespace
@@ -85,7 +91,7 @@ ExportDialog::ExportDialog(Kind kind, const Document& document, QSize view_size,
   auto* format = new QHBoxLayout;
   format->addWidget(format_, 1);
   format->addWidget(bits_, 1);
-  form->addRow(tr("&Format"), format);
+  form->addRow(labelFor(tr("&Format"), format_), format);
 
   const SettingInfo& supersample = Setting("supersample");
   samples_ = new QSpinBox(this);
@@ -134,7 +140,7 @@ ExportDialog::ExportDialog(Kind kind, const Document& document, QSize view_size,
   auto* place = new QHBoxLayout;
   place->addWidget(path_, 1);
   place->addWidget(browse_button);
-  form->addRow(tr("F&ile"), place);
+  form->addRow(labelFor(tr("F&ile"), path_), place);
 
   problem_ = new QLabel(this);
   problem_->setObjectName(QStringLiteral("problem"));
@@ -246,7 +252,7 @@ PictureExport ExportDialog::options() const {
       options.background.srgb = {1, 1, 1};
   }
   options.title = title_.toStdString();
-  options.subtitle = QLocale().toString(QDate::currentDate(), QLocale::ShortFormat).toStdString();
+  options.subtitle = QDate::currentDate().toString(Qt::ISODate).toStdString();
   if (scale_bar_) options.scale_bar = scale_bar_->isChecked();
   if (csv_) options.csv = csv_->isChecked();
   if (separate_) options.separate = separate_->isChecked();

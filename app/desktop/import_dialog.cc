@@ -37,6 +37,7 @@ QWidget* withBrowse(QLineEdit* edit, QWidget* parent, const std::function<QStrin
   auto* layout = new QHBoxLayout(row);
   layout->setContentsMargins(0, 0, 0, 0);
   auto* button = new QPushButton(ImportDialog::tr("Browse …"), row);
+  row->setFocusProxy(edit);
   layout->addWidget(edit, 1);
   layout->addWidget(button);
   QObject::connect(button, &QPushButton::clicked, edit, [edit, ask] {
@@ -152,9 +153,7 @@ ImportDialog::ImportDialog(const Workspace& workspace, QWidget* parent)
   auto* layout = new QVBoxLayout(this);
   layout->setSpacing(12);
   layout->addWidget(found);
-  auto* line = new QFrame(this);
-  line->setFrameShape(QFrame::HLine);
-  layout->addWidget(line);
+  layout->addWidget(theme::makeLine(this));
   layout->addLayout(form);
   layout->addWidget(problem_);
   layout->addWidget(buttons);
@@ -180,20 +179,14 @@ QString ImportDialog::foundText() const {
     lines << QStringLiteral("<span style='color:#d8a657'>!</span>&nbsp; %1").arg(text);
   };
   for (const SparseModelFiles& model : workspace_.models) {
-    if (!model.problem.empty()) {
-      problem(escaped(model.problem));
-      continue;
-    }
+    if (!model.problem.empty()) continue;  // named among what is missing
     found((model.dense_workspace ? tr("Undistorted model %1: %2 photographs, %3 points")
                                  : tr("Sparse model %1: %2 photographs, %3 points"))
               .arg(shortPath(model.folder), formatInteger(model.images),
                    formatInteger(model.points)));
   }
   for (const DenseCloudFile& cloud : workspace_.clouds) {
-    if (!cloud.problem.empty()) {
-      problem(escaped(cloud.problem));
-      continue;
-    }
+    if (!cloud.problem.empty()) continue;
     QStringList with;
     if (cloud.colors) with << tr("colours");
     if (cloud.normals) with << tr("normals");

@@ -78,14 +78,8 @@ MainWindow::MainWindow(RendererFactory factory, QWidget* parent)
 
   connect(grid_->queue(), &RenderQueue::deviceChosen, this,
           [this](const QString& backend, const QString& device, const QString& why) {
-            device_label_->setText(
-                (backend == QLatin1String("cuda") ? tr("GPU: %1") : tr("CPU: %1")).arg(device));
-            device_why_ = why;
-            device_label_->setToolTip(why);
-            device_label_->setAccessibleDescription(why);
-            if (!why.isEmpty()) {
-              device_label_->setText(device_label_->text() + QStringLiteral(" – ") + why);
-            }
+            device_why_ = why.isEmpty() ? backend.toUpper() + QStringLiteral(": ") + device : why;
+            device_label_->setText(device_why_);
           });
   connect(grid_, &ViewGrid::hovered, this, &MainWindow::showHover);
   connect(grid_, &ViewGrid::failed, this,

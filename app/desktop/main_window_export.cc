@@ -12,7 +12,10 @@ namespace sherd {
 ExportScene MainWindow::exportScene() const {
   ExportScene scene;
   scene.document = document_;
-  scene.camera = grid_->activePane()->camera();
+  const CameraController& camera = grid_->activePane()->camera();
+  const QSize size = grid_->activePane()->canvas()->pixelSize();
+  scene.camera = camera.MakeCamera(size.width(), size.height());
+  scene.target_depth = camera.state().distance;
   scene.lighting = grid_->display().lighting;
   scene.backend = backend_;
   scene.factory = factory_;

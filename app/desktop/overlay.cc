@@ -30,7 +30,7 @@ void drawScaleBar(QPainter* painter, const QRectF& area, const ScaleBar& bar, do
   const QFontMetricsF metrics(font);
   QString text = QString::fromStdString(FormatNumber(bar.label_end) + " " + bar.unit);
   if (perspective) text = QCoreApplication::translate("ScaleBar", "%1 at the centre").arg(text);
-  const double pad = 7 * unit_px, height = 5 * unit_px, gap = 4 * unit_px;
+  const double pad = 7 * unit_px, height = 6 * unit_px, gap = 4 * unit_px;
   const double box_width = std::max(length, metrics.horizontalAdvance(text)) + 2 * pad;
   const double box_height = metrics.height() + gap + height + 2 * pad;
   const QRectF box(area.left() + 10 * unit_px, area.bottom() - 10 * unit_px - box_height, box_width,

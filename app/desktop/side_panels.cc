@@ -1,8 +1,7 @@
 #include "app/desktop/side_panels.h"
 
 #include <QCheckBox>
-#include <QDial>
-#include <QFormLayout>
+#include <QGridLayout>
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QLineEdit>
@@ -35,26 +34,30 @@ LightPanel::LightPanel(QWidget* parent) : QWidget(parent) {
   raking_->setToolTip(
       tr("Else the light comes from the viewer. Light from low down shows tool "
          "marks and edges."));
-  azimuth_ = new QDial(this);
+  azimuth_ = new QSlider(Qt::Horizontal, this);
   azimuth_->setRange(0, 359);
-  azimuth_->setWrapping(true);
-  azimuth_->setValue(135);
-  azimuth_->setFixedSize(64, 64);
+  azimuth_->setValue(315);
   azimuth_->setAccessibleName(tr("Side the light comes from, degrees"));
+  azimuth_->setToolTip(
+      tr("Seen from above, clockwise: 0° from behind the front view, 90° from its "
+         "right, 180° from the viewer"));
   elevation_ = new QSlider(Qt::Horizontal, this);
   elevation_->setRange(0, 90);
   elevation_->setValue(20);
-  elevation_->setAccessibleName(tr("Height of the light, degrees"));
-  direction_ = new QLabel(this);
+  elevation_->setAccessibleName(tr("Height of the light above the horizon, degrees"));
+  azimuth_text_ = new QLabel(this);
+  elevation_text_ = new QLabel(this);
   fov_ = new ValueSlider("fov-x", 10.0, 120.0, this);
 
-  auto* raking = new QHBoxLayout;
-  raking->addWidget(azimuth_);
-  auto* height = new QVBoxLayout;
-  height->addWidget(direction_);
-  height->addWidget(elevation_);
-  height->addStretch(1);
-  raking->addLayout(height, 1);
+  auto* raking = new QGridLayout;
+  raking->setContentsMargins(20, 0, 0, 0);
+  raking->addWidget(new QLabel(tr("Side"), this), 0, 0);
+  raking->addWidget(azimuth_, 0, 1);
+  raking->addWidget(azimuth_text_, 0, 2);
+  raking->addWidget(new QLabel(tr("Height"), this), 1, 0);
+  raking->addWidget(elevation_, 1, 1);
+  raking->addWidget(elevation_text_, 1, 2);
+  raking->setColumnMinimumWidth(2, fontMetrics().horizontalAdvance(QStringLiteral("000°")));
   auto* layout = new QVBoxLayout(this);
   layout->setSpacing(8);
   layout->addWidget(lit_);
@@ -62,9 +65,7 @@ LightPanel::LightPanel(QWidget* parent) : QWidget(parent) {
   layout->addWidget(diffuse_);
   layout->addWidget(raking_);
   layout->addLayout(raking);
-  auto* line = new QFrame(this);
-  line->setFrameShape(QFrame::HLine);
-  layout->addWidget(line);
+  layout->addWidget(theme::makeLine(this));
   layout->addWidget(fov_);
   layout->addStretch(1);
 
@@ -73,17 +74,19 @@ LightPanel::LightPanel(QWidget* parent) : QWidget(parent) {
     for (QWidget* widget : std::initializer_list<QWidget*>{ambient_, diffuse_, raking_}) {
       widget->setEnabled(lit);
     }
-    azimuth_->setEnabled(raking_on);
-    elevation_->setEnabled(raking_on);
-    direction_->setEnabled(raking_on);
-    direction_->setText(tr("from %1°, %2° high").arg(azimuth_->value()).arg(elevation_->value()));
+    for (QWidget* widget :
+         std::initializer_list<QWidget*>{azimuth_, elevation_, azimuth_text_, elevation_text_}) {
+      widget->setEnabled(raking_on);
+    }
+    azimuth_text_->setText(QStringLiteral("%1°").arg(azimuth_->value()));
+    elevation_text_->setText(QStringLiteral("%1°").arg(elevation_->value()));
     Q_EMIT lightingChanged();
   };
   connect(lit_, &QCheckBox::toggled, this, changed);
   connect(raking_, &QCheckBox::toggled, this, changed);
   connect(ambient_, &ValueSlider::valueChanged, this, changed);
   connect(diffuse_, &ValueSlider::valueChanged, this, changed);
-  connect(azimuth_, &QDial::valueChanged, this, changed);
+  connect(azimuth_, &QSlider::valueChanged, this, changed);
   connect(elevation_, &QSlider::valueChanged, this, changed);
   connect(fov_, &ValueSlider::valueChanged, this, &LightPanel::fieldOfViewChanged);
   changed();
@@ -101,9 +104,7 @@ Lighting LightPanel::lighting() const {
   lighting.ambient = ambient_->value();
   lighting.diffuse = diffuse_->value();
   lighting.headlight = !raking_->isChecked();
-  // The dial's 0 is at the bottom and it turns clockwise: bottom is south, towards the viewer of
-  // the front view.
-  const double azimuth = (azimuth_->value() + 180) * kDegree;
+  const double azimuth = azimuth_->value() * kDegree;
   const double elevation = elevation_->value() * kDegree;
   lighting.to_light =
       (north_ * std::cos(azimuth) + east_ * std::sin(azimuth)) * std::cos(elevation) +

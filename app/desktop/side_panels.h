@@ -9,7 +9,6 @@
 #include "reconstruction/survey.h"
 
 class QCheckBox;
-class QDial;
 class QLabel;
 class QLineEdit;
 class QListWidget;
@@ -39,9 +38,10 @@ class LightPanel : public QWidget {
   ValueSlider* fov_;
   QCheckBox* lit_;
   QCheckBox* raking_;
-  QDial* azimuth_;
+  QSlider* azimuth_;
   QSlider* elevation_;
-  QLabel* direction_;
+  QLabel* azimuth_text_;
+  QLabel* elevation_text_;
   Vec3d east_{1, 0, 0}, north_{0, 1, 0}, up_{0, 0, 1};
 };
 

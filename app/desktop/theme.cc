@@ -2,12 +2,36 @@
 
 #include <QApplication>
 #include <QPalette>
+#include <QProxyStyle>
 #include <QStyleFactory>
+#include <QWidget>
 
 namespace sherd::theme {
+namespace {
+
+// Fusion without coloured pictures on its buttons.
+class Style : public QProxyStyle {
+ public:
+  Style() : QProxyStyle(QStyleFactory::create(QStringLiteral("Fusion"))) {}
+  int styleHint(StyleHint hint, const QStyleOption* option, const QWidget* widget,
+                QStyleHintReturn* data) const override {
+    if (hint == SH_DialogButtonBox_ButtonsHaveIcons) return 0;
+    return QProxyStyle::styleHint(hint, option, widget, data);
+  }
+};
+
+}  // namespace
+
+QWidget* makeLine(QWidget* parent) {
+  auto* line = new QWidget(parent);
+  line->setObjectName(QStringLiteral("line"));
+  line->setAttribute(Qt::WA_StyledBackground);
+  line->setFixedHeight(1);
+  return line;
+}
 
 void apply(QApplication* application) {
-  application->setStyle(QStyleFactory::create(QStringLiteral("Fusion")));
+  application->setStyle(new Style);
   QPalette palette;
   palette.setColor(QPalette::Window, kWindow);
   palette.setColor(QPalette::WindowText, kText);
@@ -42,7 +66,7 @@ void apply(QApplication* application) {
       "QMenuBar { border-bottom: 1px solid #42454a; }"
       "#paneHeader, #paneStrip { background: #313337; }"
       "#viewPane { border: none; }"
-      "QSplitter::handle, #gridLine { background: #222326; }"));
+      "#line { background: #42454a; }"));
 }
 
 }  // namespace sherd::theme

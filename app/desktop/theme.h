@@ -4,6 +4,7 @@
 #include <QColor>
 
 class QApplication;
+class QWidget;
 
 namespace sherd::theme {
 
@@ -14,6 +15,9 @@ inline const QColor kText{217, 219, 222};
 inline const QColor kDim{150, 154, 160};
 inline const QColor kLine{66, 69, 74};
 inline const QColor kAccent{94, 160, 178};
+
+// A thin horizontal line between parts of a form.
+QWidget* makeLine(QWidget* parent);
 
 // Fusion style, palette and style sheet.
 void apply(QApplication* application);

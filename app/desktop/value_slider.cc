@@ -32,7 +32,7 @@ ValueSlider::ValueSlider(std::string_view setting, double low, double high, QWid
   auto* label = new QLabel(title, this);
   slider_ = new QSlider(Qt::Horizontal, this);
   slider_->setRange(0, kSliderSteps);
-  slider_->setMinimumWidth(48);
+  slider_->setMinimumWidth(40);
   slider_->setAccessibleName(title);
   number_ = new QDoubleSpinBox(this);
   number_->setDecimals(info.decimals);
@@ -41,7 +41,7 @@ ValueSlider::ValueSlider(std::string_view setting, double low, double high, QWid
   number_->setKeyboardTracking(false);
   number_->setAccessibleName(title);
   number_->setAccessibleDescription(help);
-  number_->setFixedWidth(fontMetrics().horizontalAdvance(QStringLiteral("0000.000")) + 30);
+  number_->setFixedWidth(fontMetrics().horizontalAdvance(QStringLiteral("00.000")) + 30);
   if (!info.unit.empty()) number_->setSuffix(QLatin1Char(' ') + fromView(info.unit));
   reset_ = new QToolButton(this);
   reset_->setText(QStringLiteral("↺"));

@@ -17,8 +17,8 @@
 namespace sherd {
 namespace {
 
-// Narrower than this the header takes two rows.
-constexpr int kWideHeader = 780;
+// Narrower than this the header takes two rows, or three.
+constexpr int kOneRow = 900, kTwoRows = 520;
 
 }  // namespace
 
@@ -59,6 +59,8 @@ ViewPane::~ViewPane() { queue_->removePane(queue_id_); }
 void ViewPane::buildHeader(int number) {
   auto* header = new QWidget(this);
   header->setObjectName(QStringLiteral("paneHeader"));
+  // All panes are equally wide, whatever their headers would like.
+  header->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);
   header_layout_ = new QBoxLayout(QBoxLayout::TopToBottom, header);
   header_layout_->setContentsMargins(8, 4, 6, 4);
   header_layout_->setSpacing(4);
@@ -90,12 +92,11 @@ void ViewPane::buildHeader(int number) {
   first->addWidget(link_);
   radius_ = new ValueSlider("radius-scale", 0.25, 4.0, header);
   threshold_ = new ValueSlider("threshold", 0.05, 5.0, header);
-  auto* second = new QHBoxLayout;
-  second->setSpacing(12);
-  second->addWidget(radius_, 1);
-  second->addWidget(threshold_, 1);
+  value_layout_ = new QBoxLayout(QBoxLayout::LeftToRight);
+  value_layout_->addWidget(radius_, 1);
+  value_layout_->addWidget(threshold_, 1);
   header_layout_->addLayout(first);
-  header_layout_->addLayout(second, 1);
+  header_layout_->addLayout(value_layout_, 1);
   layout()->addWidget(header);
   header->setEnabled(false);
 
@@ -330,8 +331,13 @@ void ViewPane::showFigures() {
 }
 
 void ViewPane::resizeEvent(QResizeEvent* event) {
-  header_layout_->setDirection(event->size().width() >= kWideHeader ? QBoxLayout::LeftToRight
-                                                                    : QBoxLayout::TopToBottom);
+  const int width = event->size().width();
+  header_layout_->setDirection(width >= kOneRow ? QBoxLayout::LeftToRight
+                                                : QBoxLayout::TopToBottom);
+  header_layout_->setSpacing(width >= kOneRow ? 12 : 4);
+  value_layout_->setDirection(width >= kTwoRows ? QBoxLayout::LeftToRight
+                                                : QBoxLayout::TopToBottom);
+  value_layout_->setSpacing(width >= kTwoRows ? 12 : 4);
   QFrame::resizeEvent(event);
 }
 

@@ -98,6 +98,7 @@ class ViewPane : public QFrame {
   BackgroundJob* loading_ = nullptr;
 
   QBoxLayout* header_layout_ = nullptr;
+  QBoxLayout* value_layout_ = nullptr;
   QComboBox* level_box_ = nullptr;
   QComboBox* color_box_ = nullptr;
   ValueSlider* radius_ = nullptr;

@@ -31,9 +31,9 @@ void ExpectOrthonormal(const CameraState& s) {
 class BothProjections : public testing::TestWithParam<Projection> {};
 INSTANTIATE_TEST_SUITE_P(Camera, BothProjections,
                          testing::Values(Projection::kPerspective, Projection::kOrthographic),
-                         [](const auto& info) {
-                           return info.param == Projection::kPerspective ? "Perspective"
-                                                                         : "Orthographic";
+                         [](const auto& p) {
+                           return p.param == Projection::kPerspective ? "Perspective"
+                                                                      : "Orthographic";
                          });
 
 TEST_P(BothProjections, FitShowsTheWholeSceneAndFillsTheView) {
