@@ -99,18 +99,22 @@ void CheckFit(const Photograph& photo, const SurveyCamera& camera, std::string* 
   path->clear();
 }
 
-// A folder that was named by hand may hold undistorted copies or originals: the size tells which.
+// A folder outside the dense workspace may hold originals or undistorted copies: the size tells
+// which, where it is exactly one's. A resize is taken for one of an original only where
+// `resized_originals` says that nothing else is to be expected there.
 void TakeIfItFits(const Survey& survey, const std::string& path, bool has_original,
-                  Photograph* photo, Rejected* rejected) {
+                  bool resized_originals, Photograph* photo, Rejected* rejected) {
   const SurveyCamera& camera = survey.cameras[photo->camera_idx];
   try {
     const PhotoSize size = ReadPhotoSize(path);
     const Fit fit = FitOf(size, camera);
-    if (has_original && fit != Fit::kExact &&
-        FitOf(size, survey.cameras[photo->original_camera_idx]) != Fit::kNone) {
+    const Fit original_fit =
+        has_original ? FitOf(size, survey.cameras[photo->original_camera_idx]) : Fit::kNone;
+    if (original_fit == Fit::kExact ||
+        (original_fit == Fit::kResized && fit != Fit::kExact && resized_originals)) {
       photo->original_path = path;
     } else if (photo->path.empty() &&
-               (fit == Fit::kExact || (fit != Fit::kNone && !has_original && !survey.dense))) {
+               (fit == Fit::kExact || (fit == Fit::kResized && !survey.dense))) {
       photo->path = path;
     }
   } catch (const InputError& error) {
@@ -140,7 +144,8 @@ std::size_t RelocatePhotographs(const std::vector<std::string>& folders, Survey*
     if (!path_there) photo.path.clear();
     if (!original_there) photo.original_path.clear();
     if (!search[i].path.empty() && (!path_there || (has_original && !original_there))) {
-      TakeIfItFits(*survey, search[i].path, has_original && !original_there, &photo, &rejected);
+      TakeIfItFits(*survey, search[i].path, has_original && !original_there, false, &photo,
+                   &rejected);
     }
     found += !photo.path.empty() || !photo.original_path.empty();
   }
@@ -186,7 +191,7 @@ void LocatePhotographs(const Workspace& workspace, const std::string& photo_fold
       const SurveyCamera& camera = survey->cameras[photo.camera_idx];
       CheckFit(photo, camera, &photo.path, &rejected);
       if (search[i].path.empty()) continue;
-      TakeIfItFits(*survey, search[i].path, has_original[i], &photo, &rejected);
+      TakeIfItFits(*survey, search[i].path, has_original[i], true, &photo, &rejected);
     }
   }
   if (rejected.count > 0) {

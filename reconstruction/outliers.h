@@ -15,10 +15,11 @@ inline constexpr int kOutlierNeighbors = 16;
 // By the statistic of pcl::StatisticalOutlierRemoval, the mean distance to the kOutlierNeighbors
 // nearest (PCL's k-d tree), with two changes. PCL compares with mean + c * deviation over the whole
 // cloud, which far strays inflate: here the logarithms are compared, by their median and median
-// deviation. And a cloud's density varies: a point is also a stray when its mean distance is far
-// above that of its own neighbours. mean: of each point.
-void FindSparse(const NeighborSearch& search, const std::vector<float>& mean,
-                std::vector<char>* stray, const Control& control);
+// deviation. And a cloud's density varies. So a point far above the cloud's median is a stray only
+// where its neighbours fill space: a coarse part of a survey still lies on a surface. And a point
+// far above its own neighbours is one wherever it is. mean: of each point.
+void FindSparse(const NeighborSearch& search, const std::vector<Vec3d>& positions,
+                const std::vector<float>& mean, std::vector<char>* stray, const Control& control);
 
 // What floats in small clumps (a wrong depth takes its neighbours along) is near to itself but to
 // nothing else: points joined by steps of about the spacing make components, and components of

@@ -1,5 +1,4 @@
 // What all levels of a survey share: stray points removed, local spacing, normals.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -8,6 +7,7 @@
 #include "metaball/error.h"
 #include "metaball/morton.h"
 #include "reconstruction/level.h"
+#include "reconstruction/local_plane.h"
 #include "reconstruction/memory.h"
 #include "reconstruction/neighbors.h"
 #include "reconstruction/outliers.h"
@@ -43,25 +43,6 @@ std::vector<std::uint32_t> MortonOrder(const std::vector<Vec3d>& positions) {
   order.reserve(keyed.size());
   for (const auto& [key, i] : keyed) order.push_back(i);
   return order;
-}
-
-// The direction in which the points around `positions[i]` vary least.
-Vec3d LeastVariation(const std::vector<Vec3d>& positions, const int* idx, int count) {
-  Vec3d mean{};
-  for (int j = 0; j < count; ++j) mean += positions[idx[j]] - positions[idx[0]];
-  mean = mean / double(count);
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (int j = 0; j < count; ++j) {
-    const Vec3d d = positions[idx[j]] - positions[idx[0]] - mean;
-    const Eigen::Vector3d v(d.x, d.y, d.z);
-    covariance += v * v.transpose();
-  }
-  const double trace = covariance.trace();
-  if (!(trace > 0) || !std::isfinite(trace)) return {0, 0, 1};
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-  solver.compute(covariance / trace);
-  const Eigen::Vector3d n = solver.eigenvectors().col(0);
-  return Normalized(Vec3d{n.x(), n.y(), n.z()});
 }
 
 // Where a surface at point i is looked at from: the mean direction to the photographs that see it;
@@ -157,7 +138,7 @@ PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const C
           if (own_normals && IsUsableNormal(normal)) {
             normal = Normalized(normal);
           } else {
-            const Vec3d least = LeastVariation(out.points.position, idx, count);
+            const Vec3d least = FitPlane(out.points.position, idx, count).normal;
             const Vec3d towards = viewers.DirectionAt(i);
             normal = (Dot(least, towards) < 0 ? -least : least).cast<float>();
           }
@@ -167,7 +148,7 @@ PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const C
 
   if (remove_outliers && n > 4 * kNeighbors) {
     std::vector<char> stray(n, 0);
-    FindSparse(search, mean, &stray, control);
+    FindSparse(search, out.points.position, mean, &stray, control);
     FindSeenThrough(survey, out.points, out.spacing, &stray, control);
     FindClumps(search, out.spacing, &stray, control);
     std::vector<std::uint32_t> kept;

@@ -34,7 +34,7 @@ namespace {
 constexpr int kSpacingNeighbors = 8;
 constexpr std::size_t kBlock = 4096;
 // Radii stay within this factor of the level's median: a stray point must not become a balloon.
-constexpr double kLargest = 2.5;
+constexpr double kLargest = 3.0;
 // And a metaball's spacing counts within this factor of the median around it.
 constexpr double kSpeck = 1.25;
 constexpr double kSmallest = 1.0 / 8.0;
