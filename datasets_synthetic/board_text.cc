@@ -79,9 +79,9 @@ class Typeface {
   double capital_share_ = 0.73;
 };
 
-// Capitals and digits that are not mistaken for each other.
+// Capitals and digits that are not mistaken for each other and do not reach below the line.
 std::string Code(Rng* rng, int length) {
-  static constexpr char kLetters[] = "ABCDEFGHJKLMNPRSTUVWXYZ23456789";
+  static constexpr char kLetters[] = "ABCDEFGHKLMNPRSTUVWXYZ23456789";
   std::string code;
   for (int i = 0; i < length; ++i) code += kLetters[rng->Index(sizeof(kLetters) - 1)];
   return code;

@@ -194,19 +194,51 @@ void SceneBuilder::AddJar() {
       mesh_->AddVertex(frame.ToWorld({p[0] * std::cos(angle), p[0] * std::sin(angle), p[1]}));
     }
   }
-  const std::size_t grid_begin = mesh_->triangles.size();
-  mesh_->AddGrid(first, static_cast<std::uint32_t>(line.size()), kAround, true, part);
-  // A piece of the upper side is missing: the sherds around it.
-  RemoveTriangles(mesh_, grid_begin, [&](std::size_t i) {
+  // A piece of the upper side is missing: the sherds around it. Decided cell by cell on the
+  // outside; the inside has the same hole.
+  const auto rows = static_cast<std::uint32_t>(line.size());
+  const auto outer_rows = static_cast<std::uint32_t>(outer.size());
+  const Vec3d up = frame.ToLocal(frame.origin + Vec3d{0, 0, 1});
+  const auto vertex = [&](std::uint32_t r, std::uint32_t k) {
+    return first + r * kAround + k % kAround;
+  };
+  const auto missing = [&](std::uint32_t r, std::uint32_t k) {
+    if (r > outer_rows) r = 2 * outer_rows - r;
+    if (r < 1 || r >= outer_rows) return false;
     const Vec3d p = frame.ToLocal(
-        (mesh_->Corner(i, 0) + mesh_->Corner(i, 1) + mesh_->Corner(i, 2)) * (1.0 / 3));
-    const Vec3d up = frame.ToLocal(frame.origin + Vec3d{0, 0, 1});
+        (mesh_->vertices[vertex(r, k)] + mesh_->vertices[vertex(r + 1, k + 1)]) * 0.5);
     const double turn =
         std::remainder(std::atan2(p.y, p.x) - std::atan2(up.y, up.x) - 0.35, 2 * kPi);
     const double jag = 0.02 * std::sin(9 * turn) + 0.012 * std::sin(23 * turn + 1);
     return p.z > 0.10 + jag && p.z < 0.245 - 0.6 * jag &&
            std::abs(turn) < 0.62 + 3 * (p.z - 0.17) * (p.z - 0.05);
-  });
+  };
+  const auto quad = [&](std::uint32_t p, std::uint32_t q, std::uint32_t r, std::uint32_t s) {
+    mesh_->AddTriangle(p, q, r, part);
+    mesh_->AddTriangle(p, r, s, part);
+  };
+  // The fracture between the outside and the inside, on vertices of its own.
+  const auto fracture = [&](std::uint32_t r0, std::uint32_t k0, std::uint32_t r1,
+                            std::uint32_t k1) {
+    const auto copy = [&](std::uint32_t r, std::uint32_t k) {
+      return mesh_->AddVertex(mesh_->vertices[vertex(r, k)]);
+    };
+    const std::uint32_t p = copy(r0, k0), q = copy(r1, k1);
+    const std::uint32_t q_in = copy(2 * outer_rows + 1 - r1, k1);
+    quad(p, q, q_in, copy(2 * outer_rows + 1 - r0, k0));
+  };
+  for (std::uint32_t r = 0; r + 1 < rows; ++r) {
+    for (std::uint32_t k = 0; k < kAround; ++k) {
+      if (!missing(r, k)) {
+        quad(vertex(r, k), vertex(r, k + 1), vertex(r + 1, k + 1), vertex(r + 1, k));
+      } else if (r < outer_rows) {
+        if (!missing(r - 1, k)) fracture(r, k, r, k + 1);
+        if (!missing(r + 1, k)) fracture(r + 1, k + 1, r + 1, k);
+        if (!missing(r, k + kAround - 1)) fracture(r + 1, k, r, k);
+        if (!missing(r, k + 1)) fracture(r, k + 1, r + 1, k + 1);
+      }
+    }
+  }
   const double moved = Settle(first_vertex, 0.085);
   (*parts_)[part].frame.origin.z += moved;
   DropBuried(first_triangle);

@@ -14,7 +14,10 @@ namespace {
 constexpr double kCornerRadius = 0.16;
 constexpr double kMainFloor = -0.92;
 constexpr double kFloorCell = 0.012;
-constexpr double kOutlineStep = 0.015;
+constexpr double kOutlineStep = 0.0175;
+// Places on the outline are counted along a line this far outside it: enough of them fall to the
+// corners, from where the ground fans out.
+constexpr double kSpread = 0.6;
 constexpr std::uint32_t kSectionRows = 64;
 
 // Signed distance to a box with rounded corners around the origin.
@@ -27,7 +30,7 @@ double RoundedBox(double x, double y, double half_x, double half_y, double corne
 // The outline at the place s, clockwise seen from above, and the direction away from the trench.
 Vec3d OutlineAt(double s, Vec3d* outward) {
   const double sx = 2 * (kTrenchHalfX - kCornerRadius), sy = 2 * (kTrenchHalfY - kCornerRadius);
-  const double arc = 0.5 * std::numbers::pi * kCornerRadius;
+  const double arc = 0.5 * std::numbers::pi * (kCornerRadius + kSpread);
   // North side (west to east), its eastern corner, east side, and so on.
   const double lengths[8] = {sx, arc, sy, arc, sx, arc, sy, arc};
   int piece = 0;
@@ -41,7 +44,7 @@ Vec3d OutlineAt(double s, Vec3d* outward) {
     const Vec3d along{normals[side].y, -normals[side].x, 0};  // clockwise
     return corners[(side + 3) % 4] + normals[side] * kCornerRadius + along * s;
   }
-  const double angle = s / kCornerRadius;
+  const double angle = s / (kCornerRadius + kSpread);
   *outward = normals[side] * std::cos(angle) + normals[(side + 1) % 4] * std::sin(angle);
   return corners[side] + *outward * kCornerRadius;
 }
@@ -56,7 +59,7 @@ double GraveCutDistance(double x, double y) {
 
 double Terrain::OutlineLength() {
   return 4 * (kTrenchHalfX - kCornerRadius) + 4 * (kTrenchHalfY - kCornerRadius) +
-         2 * std::numbers::pi * kCornerRadius;
+         2 * std::numbers::pi * (kCornerRadius + kSpread);
 }
 
 double Terrain::OutlineDistance(double x, double y) {

@@ -33,6 +33,7 @@ class Terrain {
   // The point on the section seen from inside at the outline's place s, at the height z, and the
   // horizontal direction from it into the trench.
   Vec3d SectionPoint(double s, double z, Vec3d* inward) const;
+  // Where s ends (somewhat more than the outline is long: the corners are stretched).
   static double OutlineLength();
 
   void AddTo(TriangleMesh* mesh, std::size_t part_idx) const;
