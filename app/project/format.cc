@@ -93,6 +93,7 @@ std::string FormatLength(double world_units, const std::optional<double>& metres
 
 std::string FormatShare(double share) {
   const double percent = share * 100;
+  if (percent == 0) return "0 %";
   if (percent > 0 && percent < 0.01) return "< 0.01 %";
   const int decimals = percent < 1 ? 2 : percent < 10 ? 1 : 0;
   return ToChars(percent, std::chars_format::fixed, decimals) + " %";

@@ -23,7 +23,7 @@ std::string OneLine(std::string text) {
 }  // namespace
 
 CheckedProxy::CheckedProxy(const std::string& path) : IOProxy(path, Write) {
-  fd_ = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  fd_ = open(path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
   if (fd_ < 0) error_code_ = errno;
 }
 
@@ -34,6 +34,18 @@ CheckedProxy::~CheckedProxy() {
 bool CheckedProxy::seek(std::int64_t offset) {
   m_pos = offset;
   return true;
+}
+
+// Formats that patch their own header read it back.
+std::size_t CheckedProxy::read(void* buffer, std::size_t size) {
+  const std::size_t n = pread(buffer, size, m_pos);
+  m_pos += static_cast<std::int64_t>(n);
+  return n;
+}
+
+std::size_t CheckedProxy::pread(void* buffer, std::size_t size, std::int64_t offset) {
+  const ssize_t n = ::pread(fd_, buffer, size, offset);
+  return n > 0 ? static_cast<std::size_t>(n) : 0;
 }
 
 std::size_t CheckedProxy::write(const void* buffer, std::size_t size) {
@@ -78,7 +90,9 @@ PictureFile::PictureFile(const std::string& path, const std::string& format,
     throw OutputError(path_, "OpenImageIO cannot write " + format +
                                  " on this machine: " + OneLine(OIIO::geterror()));
   }
-  if (output_->supports("ioproxy")) {
+  // Not for TIFF: libtiff writes without a buffer and reports every failure itself, and through a
+  // proxy OpenImageIO 2.4 makes the Exif directory the file's first.
+  if (format != "tiff" && output_->supports("ioproxy")) {
     proxy_ = std::make_unique<CheckedProxy>(file_.temporary_path());
     if (!proxy_->opened()) Fail("cannot be written");
     void* pointer = proxy_.get();

@@ -22,6 +22,8 @@ class CheckedProxy final : public OIIO::Filesystem::IOProxy {
   void close() override {}
   bool opened() const override { return fd_ >= 0; }
   bool seek(std::int64_t offset) override;
+  std::size_t read(void* buffer, std::size_t size) override;
+  std::size_t pread(void* buffer, std::size_t size, std::int64_t offset) override;
   std::size_t write(const void* buffer, std::size_t size) override;
   std::size_t pwrite(const void* buffer, std::size_t size, std::int64_t offset) override;
   std::size_t size() const override;

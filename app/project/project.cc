@@ -143,8 +143,9 @@ std::shared_ptr<const Survey> Project::LoadSurveyFromCache(const Control& contro
     const fs::path project_folder = Folder();
     const fs::path source = import_.source;
     std::vector<std::string> folders;
-    for (const fs::path& folder : {fs::path(import_.photo_folder), source / "images", source,
-                                   project_folder / "images", project_folder}) {
+    // Never the project's own folder as a whole: it may be somebody's home.
+    for (const fs::path& folder :
+         {fs::path(import_.photo_folder), source / "images", source, project_folder / "images"}) {
       if (!folder.empty() && fs::is_directory(folder, error)) folders.push_back(folder.string());
     }
     FindPhotographs(folders, &lost);

@@ -1,0 +1,114 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/cli/look_options.h"
+#include "app/cli/option_types.h"
+#include "app/cli/progress.h"
+#include "app/cli/table.h"
+#include "metaball/error.h"
+
+namespace sherd::cli {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+TEST(OptionTypes, Vectors) {
+  EXPECT_EQ(ParseVector("1,2,3"), (Vec3d{1, 2, 3}));
+  EXPECT_EQ(ParseVector("-.5,+1e3,0"), (Vec3d{-0.5, 1000, 0}));
+  for (const char* bad : {"", "1,2", "1,2,3,4", "1,2,x", "1, 2,3", "nan,0,0", "inf,0,0", "1,,2"}) {
+    EXPECT_THROW(ParseVector(bad), InputError) << bad;
+  }
+}
+
+TEST(OptionTypes, Sizes) {
+  EXPECT_EQ(ParseSize("1280x720").width, 1280);
+  EXPECT_EQ(ParseSize("1x99999").height, 99999);
+  for (const char* bad :
+       {"", "1280", "1280x", "x720", "0x5", "-4x5", "4x5x6", "4.5x6", "99999999999x5", "4 x 5"}) {
+    EXPECT_THROW(ParseSize(bad), InputError) << bad;
+  }
+}
+
+TEST(OptionTypes, Counts) {
+  EXPECT_THAT(ParseCounts("63k,126k"), ElementsAre(63000, 126000));
+  EXPECT_THAT(ParseCounts("500,0.5k,1M"), ElementsAre(500, 1000000));
+  for (const char* bad : {"", "63k,", "0", "-5", "many"}) {
+    EXPECT_THROW(ParseCounts(bad), InputError) << bad;
+  }
+}
+
+// What the options make of a command line.
+LookOptions Parse(const std::string& line) {
+  CLI::App app;
+  LookOptions look;
+  AddLookOptions(&app, &look);
+  app.parse(line);
+  return look;
+}
+
+TEST(LookOptions, LightAlongAVectorSwitchesTheHeadlightOff) {
+  EXPECT_TRUE(Parse("").Light().headlight);
+  const Lighting light = Parse("--light -0.5,1,-0.6 --ambient 0.2 --diffuse 0.8").Light();
+  EXPECT_FALSE(light.headlight);
+  EXPECT_EQ(light.to_light, (Vec3d{-0.5, 1, -0.6}));
+  EXPECT_EQ(light.ambient, 0.2);
+  EXPECT_EQ(light.diffuse, 0.8);
+  EXPECT_FALSE(light.unlit);
+  EXPECT_TRUE(Parse("--unlit").Light().unlit);
+}
+
+TEST(LookOptions, ContradictionsAreRefused) {
+  for (const char* bad : {"--photo a --view top",
+                          "--photo a --eye 1,2,3",
+                          "--photo a --fov-x 50",
+                          "--view top --eye 1,2,3",
+                          "--look-at 1,2,3",
+                          "--fov-x 50 --ortho-width 2",
+                          "--fov-x 50 --ortho",
+                          "--view above",
+                          "--fov-x 0",
+                          "--fov-x 171",
+                          "--threshold 0",
+                          "--threshold x",
+                          "--supersample 1.5",
+                          "--supersample 9",
+                          "--light 0,0,0",
+                          "--bits 12",
+                          "--background red",
+                          "--background 255,0,0",
+                          "--color white",
+                          "--backend gpu",
+                          "--radius-scale -1",
+                          "--size 5"}) {
+    EXPECT_THROW(Parse(bad), CLI::ParseError) << bad;
+  }
+}
+
+TEST(LookOptions, SurfaceTakesTheLevelsThreshold) {
+  EXPECT_EQ(Parse("").SurfaceOf(0.4).threshold, 0.4);
+  EXPECT_EQ(Parse("--threshold 0.9").SurfaceOf(0.4).threshold, 0.9);
+  EXPECT_EQ(Parse("--radius-scale 2").SurfaceOf(0.4).radius_scale, 2);
+}
+
+TEST(Progress, LineSaysHowFarAndHowLong) {
+  EXPECT_EQ(ProgressLine("reading", 0.5, 10, 80), "reading  50 %  about 10 s left");
+  EXPECT_EQ(ProgressLine("reading", 0.5, 1, 80), "reading  50 %");
+  EXPECT_EQ(ProgressLine("reading", 0.01, 10, 80), "reading  1 %");
+  EXPECT_EQ(ProgressLine("reading", 1, 10, 80), "reading  100 %");
+  EXPECT_EQ(ProgressLine("reading", 7, 10, 80), "reading  100 %");
+  EXPECT_LT(ProgressLine(std::string(200, 'x'), 0.5, 10, 60).size(), 60u);
+  EXPECT_THAT(ProgressLine(std::string(200, 'x'), 0.5, 10, 60), HasSubstr("10 s left"));
+}
+
+TEST(Table, AlignsColumnsByCharacters) {
+  EXPECT_EQ(Table({{"a", "bb"}, {"\u00e4\u00e4\u00e4", "c"}}, 0),
+            "a    bb\n\u00e4\u00e4\u00e4   c\n");
+  EXPECT_EQ(Table({{"a", "bb"}, {"aa", "c"}}, 1, {1}), " a   bb\n aa  c\n");
+  EXPECT_EQ(Fields({{"x", "1"}, {"long", ""}, {"yy", "2"}}, 0), "x   1\nyy  2\n");
+}
+
+}  // namespace
+}  // namespace sherd::cli

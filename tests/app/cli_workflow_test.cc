@@ -1,0 +1,216 @@
+// The fixed forms of the command line from a workspace to a sheet.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "app/project/picture.h"
+#include "tests/app/run_sherd.h"
+#include "tests/app/test_workspace.h"
+
+namespace sherd {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using testing::RunResult;
+using testing::RunSherd;
+
+// Imports and builds once for all tests of the suite.
+class CliWorkflow : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = ::testing::TempDir() + "sherd_app_cli_workflow";
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    testing::WriteWorkspace(folder_ + "/ws", 4900);
+    imported_ = RunSherd("import " + Q("ws") + " --project " + Q("p.sherd") +
+                         " --metres-per-unit 0.5 --up 0,0,1");
+    built_ = RunSherd("build " + Q("p.sherd") + " --levels 1k,2k,4k");
+  }
+  static void TearDownTestSuite() { fs::remove_all(folder_); }
+
+  // A path in the suite's folder, quoted.
+  static std::string Q(const std::string& name) { return "'" + folder_ + "/" + name + "'"; }
+  static std::string Path(const std::string& name) { return folder_ + "/" + name; }
+
+  static std::string folder_;
+  static RunResult imported_, built_;
+};
+
+std::string CliWorkflow::folder_;
+RunResult CliWorkflow::imported_, CliWorkflow::built_;
+
+void ExpectSuccess(const RunResult& result) {
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.err, ::testing::Not(HasSubstr("sherd:")));
+}
+
+TEST_F(CliWorkflow, ImportTellsWhatItFound) {
+  ExpectSuccess(imported_);
+  EXPECT_EQ(imported_.err, "");  // no progress where stderr is no terminal
+  EXPECT_THAT(imported_.out, HasSubstr("4,900 from a sparse model"));
+  EXPECT_THAT(imported_.out, HasSubstr("4, all found"));
+  EXPECT_THAT(imported_.out, HasSubstr("1 unit is 500 mm"));
+}
+
+TEST_F(CliWorkflow, BuildTellsTheLevels) {
+  ExpectSuccess(built_);
+  EXPECT_THAT(built_.out, HasSubstr("Built 3 levels"));
+  for (const char* level : {"\n  1k ", "\n  2k ", "\n  4k "}) {
+    EXPECT_THAT(built_.out, HasSubstr(level));
+  }
+}
+
+TEST_F(CliWorkflow, InfoOnWorkspaceProjectAndFiles) {
+  RunResult result = RunSherd("info " + Q("ws"));
+  ExpectSuccess(result);
+  EXPECT_THAT(result.out, HasSubstr("sparse/0"));
+  EXPECT_THAT(result.out, HasSubstr("4,900"));
+  EXPECT_THAT(result.out, HasSubstr("Missing"));
+
+  json found = json::parse(RunSherd("info " + Q("ws") + " --json").out);
+  EXPECT_EQ(found["kind"], "workspace");
+  ASSERT_EQ(found["models"].size(), 1u);
+  EXPECT_EQ(found["models"][0]["images"], 4);
+  EXPECT_EQ(found["models"][0]["points"], 4900);
+  EXPECT_EQ(found["models"][0]["format"], "text");
+  EXPECT_FALSE(found["missing"].empty());
+
+  found = json::parse(RunSherd("info " + Q("p.sherd") + " --json").out);
+  EXPECT_EQ(found["kind"], "project");
+  EXPECT_EQ(found["points"], 4900);
+  EXPECT_EQ(found["metres_per_unit"], 0.5);
+  ASSERT_EQ(found["levels"].size(), 3u);
+  EXPECT_EQ(found["levels"][0]["name"], "1k");
+  EXPECT_NEAR(found["levels"][0]["count"].get<double>(), 1000, 10);
+  EXPECT_THAT(RunSherd("info " + Q("p.sherd")).out, HasSubstr("gaps likely"));
+
+  const std::string cloud = Q("p.sherd.d/1k/cloud.metaballs");
+  found = json::parse(RunSherd("info " + cloud + " --json").out);
+  EXPECT_EQ(found["kind"], "metaballs");
+  EXPECT_NEAR(found["metaballs"].get<double>(), 1000, 10);
+  EXPECT_THAT(RunSherd("info " + cloud).out, HasSubstr("one each"));
+}
+
+TEST_F(CliWorkflow, ImportOptionsOfTheFixedForm) {
+  fs::rename(Path("ws/images"), Path("photos"));
+  RunResult result = RunSherd("import " + Q("ws") + " --project " + Q("no_photos.sherd") +
+                              " --sparse --model 0 --json");
+  json found = json::parse(result.out);
+  EXPECT_EQ(found["photographs"], 4);
+  EXPECT_EQ(found["photographs_found"], 0);
+  result = RunSherd("import " + Q("ws") + " --project " + Q("no_photos.sherd") + " --photos " +
+                    Q("photos") + " --json");
+  fs::rename(Path("photos"), Path("ws/images"));
+  ExpectSuccess(result);
+  found = json::parse(result.out);
+  EXPECT_EQ(found["photographs_found"], 4);
+  EXPECT_EQ(found["metres_per_unit"], nullptr);
+
+  testing::WritePly(Path("cloud.ply"), 900);
+  found = json::parse(
+      RunSherd("import " + Q("cloud.ply") + " --project " + Q("ply.sherd") + " --dense --json")
+          .out);
+  EXPECT_EQ(found["points"], 900);
+  EXPECT_EQ(found["dense"], true);
+}
+
+TEST_F(CliWorkflow, LevelsThatAreUpToDateAreKept) {
+  const std::string json_before = testing::ReadText(Path("p.sherd"));
+  RunResult result = RunSherd("build " + Q("p.sherd") + " --levels 2k --json");
+  ExpectSuccess(result);
+  json built = json::parse(result.out);
+  EXPECT_TRUE(built["built"].empty());
+  EXPECT_EQ(built["up_to_date"], json::array({"2k"}));
+  EXPECT_EQ(testing::ReadText(Path("p.sherd")), json_before);
+  result = RunSherd("build " + Q("p.sherd") + " --levels 2k --fresh --json");
+  built = json::parse(result.out);
+  ASSERT_EQ(built["built"].size(), 1u);
+  EXPECT_NEAR(built["built"][0]["count"].get<double>(), 2000, 20);
+  // Other options: another level.
+  result = RunSherd("build " + Q("p.sherd") + " --levels 2k --radius-factor 3 --json");
+  built = json::parse(result.out);
+  ASSERT_EQ(built["built"].size(), 1u);
+  ExpectSuccess(RunSherd("build " + Q("p.sherd") + " --levels 2k"));
+  // More than there are.
+  result = RunSherd("build " + Q("p.sherd") + " --levels 9k");
+  EXPECT_EQ(result.code, 0);
+  EXPECT_THAT(result.err, HasSubstr("warning: level 9k holds every point"));
+  EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1);
+}
+
+TEST_F(CliWorkflow, CompareMakesSheetTableAndPanels) {
+  const RunResult result = RunSherd(
+      "compare " + Q("p.sherd") + " --levels 1k,4k --view top --ortho --size 1400x800" + " --out " +
+      Q("sheet.png") + " --csv " + Q("sheet.csv") + " --separate " + Q("panels") + " --json");
+  ExpectSuccess(result);
+  const json found = json::parse(result.out);
+  EXPECT_EQ(found["width"], 1400);
+  ASSERT_EQ(found["levels"].size(), 2u);
+  EXPECT_EQ(found["levels"][1]["name"], "4k");
+  EXPECT_EQ(found["camera"]["projection"], "orthographic");
+  EXPECT_GT(found["levels"][0]["render"]["hits"], 1000);
+  EXPECT_THAT(testing::Listing(Path("panels")), ::testing::ElementsAre("1k.png", "4k.png"));
+  const std::string csv = testing::ReadText(Path("sheet.csv"));
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3);
+  EXPECT_THAT(csv, HasSubstr("\n4k,"));
+  EXPECT_THAT(csv, HasSubstr("spacing_m"));
+  // The sheet is a picture of the size asked for, and not an empty one: it differs from its panels'
+  // sizes and from another view's sheet.
+  ExpectSuccess(RunSherd("compare " + Q("p.sherd") +
+                         " --levels 1k,4k --view front --size 1400x800" + " --out " +
+                         Q("sheet2.png")));
+  const PictureDifference d = ComparePictures(Path("sheet.png"), Path("sheet2.png"));
+  EXPECT_GT(d.share_off_by_8, 0.02);
+}
+
+TEST_F(CliWorkflow, CompareWithoutLevelsTakesAll) {
+  const RunResult result = RunSherd("compare " + Q("p.sherd") + " --photo photo_2.png --out " +
+                                    Q("all.png") + " --json");
+  ExpectSuccess(result);
+  const json found = json::parse(result.out);
+  EXPECT_GE(found["levels"].size(), 3u);
+  // The photograph's shape is kept.
+  EXPECT_NEAR(found["camera"]["fx"].get<double>(), found["camera"]["fy"].get<double>(), 1e-6);
+}
+
+TEST_F(CliWorkflow, ComparesWithTheColoursOfThePhotographs) {
+  const RunResult result =
+      RunSherd("compare " + Q("p.sherd") +
+               " --levels 1k --color photo --unlit --size 1280x720 --out " + Q("photo.png"));
+  ExpectSuccess(result);
+  ExpectSuccess(RunSherd("compare " + Q("p.sherd") + " --levels 1k --unlit --size 1280x720 --out " +
+                         Q("blend.png")));
+  EXPECT_GT(ComparePictures(Path("photo.png"), Path("blend.png")).share_off_by_8, 0.01);
+}
+
+TEST_F(CliWorkflow, DevicesNamesBothBackends) {
+  const RunResult result = RunSherd("devices");
+  ExpectSuccess(result);
+  EXPECT_THAT(result.out, HasSubstr("cpu"));
+  EXPECT_THAT(result.out, HasSubstr("cuda"));
+  const json found = json::parse(RunSherd("devices --json").out);
+  ASSERT_EQ(found["backends"].size(), 2u);
+  const bool cuda = found["backends"][1]["available"];
+  EXPECT_EQ(found["auto"], cuda ? "cuda" : "cpu");
+  EXPECT_EQ(found["backends"][1]["reason"].is_null(), cuda);
+}
+
+TEST_F(CliWorkflow, HelpHasExamplesForEveryCommand) {
+  for (const char* command : {"info", "import", "build", "render", "compare", "devices"}) {
+    const RunResult result = RunSherd(std::string(command) + " --help");
+    ExpectSuccess(result);
+    EXPECT_THAT(result.out, HasSubstr("Example")) << command;
+    EXPECT_THAT(result.out, HasSubstr(std::string("sherd ") + command)) << command;
+  }
+  EXPECT_THAT(RunSherd("--help").out, HasSubstr("Exit codes"));
+  EXPECT_THAT(RunSherd("--version").out, HasSubstr("sherd "));
+}
+
+}  // namespace
+}  // namespace sherd
