@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace sherd {
 namespace {
@@ -25,6 +26,16 @@ void Orthonormalise(CameraState* state) {
 // Pixels per unit of slope (perspective) for the shorter side.
 double FocalPixels(double view_angle, int width, int height) {
   return 0.5 * std::min(width, height) / std::tan(0.5 * view_angle);
+}
+
+// The values that a hundredth, and all but a hundredth, of `values` reach; all of few values.
+std::pair<double, double> CentralRange(std::vector<double>* values) {
+  const auto last = static_cast<std::ptrdiff_t>(values->size()) - 1;
+  const std::ptrdiff_t cut = (last + 1) / 100;
+  std::nth_element(values->begin(), values->begin() + cut, values->end());
+  const double low = (*values)[static_cast<std::size_t>(cut)];
+  std::nth_element(values->begin(), values->begin() + last - cut, values->end());
+  return {low, (*values)[static_cast<std::size_t>(last - cut)]};
 }
 
 }  // namespace
@@ -157,22 +168,38 @@ void CameraController::CenterOn(const Vec3d& point) { state_.target = point; }
 
 void CameraController::Fit(int width, int height) {
   state_.film.reset();
-  state_.target = bounds_.Center();
+  std::vector<Vec3d> points;
+  if (shape_ && !shape_->empty()) {
+    points = *shape_;
+  } else {
+    for (int corner = 0; corner < 8; ++corner) {
+      points.push_back({corner & 1 ? bounds_.max.x : bounds_.min.x,
+                        corner & 2 ? bounds_.max.y : bounds_.min.y,
+                        corner & 4 ? bounds_.max.z : bounds_.min.z});
+    }
+  }
+  // The middle of what is there, across the picture and in depth.
+  const Vec3d center = bounds_.Center();
+  const auto middle = [&](const Vec3d& axis) {
+    std::vector<double> along(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) along[i] = Dot(points[i] - center, axis);
+    const auto [low, high] = CentralRange(&along);
+    return axis * (0.5 * (low + high));
+  };
+  state_.target = center + middle(state_.right) + middle(state_.down) + middle(state_.forward);
   const double focal = FocalPixels(state_.view_angle, width, height);
   const double tan_x = 0.5 * width / focal, tan_y = 0.5 * height / focal;
-  double distance = 0.0;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d p = {corner & 1 ? bounds_.max.x : bounds_.min.x,
-                     corner & 2 ? bounds_.max.y : bounds_.min.y,
-                     corner & 4 ? bounds_.max.z : bounds_.min.z};
-    const Vec3d v = p - state_.target;
+  std::vector<double> distances(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3d v = points[i] - state_.target;
     const double needed =
         std::max(std::abs(Dot(v, state_.right)) / tan_x, std::abs(Dot(v, state_.down)) / tan_y) *
         kFitMargin;
     const double nearer =
         state_.projection == Projection::kPerspective ? Dot(v, state_.forward) : 0.0;
-    distance = std::max(distance, needed - nearer);
+    distances[i] = needed - nearer;
   }
+  const double distance = CentralRange(&distances).second;
   state_.distance = distance > 0 && std::isfinite(distance) ? distance : SceneSize();
 }
 

@@ -4,7 +4,9 @@
 // centres at (0.5, 0.5). Angles in radians.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "metaball/camera.h"
 #include "reconstruction/survey.h"
@@ -38,6 +40,9 @@ class CameraController {
  public:
   // What Fit shows and what limits the distance; `up` is the axis orbits turn about.
   void SetScene(const Box3d& bounds, const Vec3d& up);
+  // A few thousand points of the scene: Fit then frames what is there instead of its box. Null:
+  // the box.
+  void SetShape(std::shared_ptr<const std::vector<Vec3d>> points) { shape_ = std::move(points); }
   const Box3d& bounds() const { return bounds_; }
   const Vec3d& up() const { return up_; }
 
@@ -67,6 +72,7 @@ class CameraController {
   // Moves the camera, its orientation and distance kept, so that `point` is the middle of the view.
   void CenterOn(const Vec3d& point);
   // Keeps orientation, moves so that the scene just fits into width x height with a small margin.
+  // A hundredth of the shape's points may stay outside: strays must not push the rest away.
   void Fit(int width, int height);
   // Keeps the size of what is at the target.
   void SetProjection(Projection projection);
@@ -80,6 +86,7 @@ class CameraController {
   double SceneSize() const;
 
   CameraState state_;
+  std::shared_ptr<const std::vector<Vec3d>> shape_;
   Box3d bounds_{{-1, -1, -1}, {1, 1, 1}};
   Vec3d up_{0, 0, 1};
 };

@@ -81,7 +81,10 @@ void JobDialog::showProgress(const QString& what, double fraction) {
 
 void JobDialog::end() {
   ended_ = true;
+  const bool was_active = isActiveWindow();
   hide();
+  // Keys go to the window again, also where no window manager sees to it.
+  if (was_active && parentWidget()) parentWidget()->activateWindow();
   deleteLater();
 }
 

@@ -201,16 +201,7 @@ PathKind ClassifyPath(const std::string& path) {
   const std::string extension = LowerExtension(path);
   if (extension == ".sherd" || Project::IsProjectFile(path)) return PathKind::kProject;
   if (extension == kMetaballExtension || IsMetaballFile(path)) return PathKind::kCloud;
-  if (extension == ".ply") {
-    const PlyHeader header = ReadPlyHeader(path);
-    if (header.has_radius) return PathKind::kCloud;
-    try {
-      if (!InspectWorkspace(path).models.empty()) return PathKind::kWorkspace;
-    } catch (const InputError&) {
-      // Not part of a workspace: what it holds is looked at as it is.
-    }
-    return PathKind::kCloud;
-  }
+  if (extension == ".ply" && ReadPlyHeader(path).has_radius) return PathKind::kCloud;
   return PathKind::kWorkspace;
 }
 

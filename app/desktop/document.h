@@ -71,8 +71,8 @@ class Document {
 
 // What a path is, decided by looking at it.
 enum class PathKind { kProject, kCloud, kWorkspace };
-// Throws InputError for a path that does not exist. A .ply is a cloud unless it is COLMAP's
-// fused.ply or lies in a workspace; everything else is left to InspectWorkspace.
+// Throws InputError for a path that does not exist. A .ply is a cloud when it has radii; without
+// them it is a survey to make levels from. Everything unknown is left to InspectWorkspace.
 PathKind ClassifyPath(const std::string& path);
 
 // Level sizes to propose for a survey of `points` points: 63k, 126k, 252k, 502k as far as there

@@ -125,6 +125,14 @@ ImportDialog::ImportDialog(const Workspace& workspace, QWidget* parent)
   levels_->setToolTip(tr("How many metaballs each density level has, e.g. 63k, 126k, 0.5M"));
   form->addRow(tr("&Levels"), levels_);
 
+  most_ = new QLineEdit(this);
+  most_->setObjectName(QStringLiteral("most"));
+  most_->setPlaceholderText(tr("all"));
+  most_->setToolTip(
+      tr("For clouds that are too large for this computer: thin them while they are "
+         "read to about so many points, e.g. 20M"));
+  form->addRow(tr("Points &read at most"), most_);
+
   scale_ = new QLineEdit(this);
   scale_->setObjectName(QStringLiteral("scale"));
   scale_->setPlaceholderText(tr("not known (can be set later from a measured distance)"));
@@ -148,6 +156,17 @@ ImportDialog::ImportDialog(const Workspace& workspace, QWidget* parent)
   auto* buttons = new QDialogButtonBox(QDialogButtonBox::Cancel, this);
   import_ = buttons->addButton(tr("&Import"), QDialogButtonBox::AcceptRole);
   import_->setObjectName(QStringLiteral("import"));
+  if (place.isFile() && place.suffix().compare(QLatin1String("ply"), Qt::CaseInsensitive) == 0) {
+    QPushButton* as_it_is =
+        buttons->addButton(tr("Just &look at it"), QDialogButtonBox::ActionRole);
+    as_it_is->setObjectName(QStringLiteral("asItIs"));
+    as_it_is->setToolTip(tr("Show all points as one level, without a project"));
+    connect(as_it_is, &QPushButton::clicked, this, [this] {
+      const QString path = QString::fromStdString(workspace_.path);
+      reject();
+      Q_EMIT showAsItIsWanted(path);
+    });
+  }
   import_->setDefault(true);
 
   auto* layout = new QVBoxLayout(this);
@@ -160,7 +179,7 @@ ImportDialog::ImportDialog(const Workspace& workspace, QWidget* parent)
 
   connect(dense_, &QRadioButton::toggled, this, &ImportDialog::sourceChanged);
   connect(model_, &QComboBox::currentIndexChanged, this, &ImportDialog::sourceChanged);
-  for (QLineEdit* edit : {photos_, levels_, scale_, project_}) {
+  for (QLineEdit* edit : {photos_, levels_, most_, scale_, project_}) {
     connect(edit, &QLineEdit::textChanged, this, &ImportDialog::check);
   }
   connect(buttons, &QDialogButtonBox::accepted, this, &QDialog::accept);
@@ -230,6 +249,7 @@ void ImportDialog::check() {
   const QString scale = scale_->text().trimmed();
   const double metres = scale.isEmpty() ? 1.0 : QLocale().toDouble(scale, &number);
   try {
+    if (!most_->text().trimmed().isEmpty()) ParseCount(most_->text().trimmed().toStdString());
     if (ParseLevels(levels_->text()).empty()) problem = tr("Name at least one level, e.g. 63k.");
   } catch (const Error& error) {
     problem = QString::fromUtf8(error.what());
@@ -257,6 +277,9 @@ ImportPlan ImportDialog::plan() const {
     plan.options.model = static_cast<std::size_t>(std::max(0, model_->currentIndex()));
   }
   plan.options.points = dense_->isChecked() ? PointSource::kDense : PointSource::kSparse;
+  if (!most_->text().trimmed().isEmpty()) {
+    plan.options.decimate_to = ParseCount(most_->text().trimmed().toStdString());
+  }
   const QString scale = scale_->text().trimmed();
   if (!scale.isEmpty()) plan.options.metres_per_unit = QLocale().toDouble(scale);
   QString path = project_->text();

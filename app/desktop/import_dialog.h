@@ -35,6 +35,10 @@ class ImportDialog : public QDialog {
   explicit ImportDialog(const Workspace& workspace, QWidget* parent = nullptr);
   ImportPlan plan() const;
 
+ Q_SIGNALS:
+  // The cloud is to be shown with all its points, without a project.
+  void showAsItIsWanted(const QString& path);
+
  private:
   QString foundText() const;
   // How many points the present choice has.
@@ -49,6 +53,7 @@ class ImportDialog : public QDialog {
   QLineEdit* photos_;
   QLineEdit* levels_;
   QLineEdit* scale_;
+  QLineEdit* most_;
   QLineEdit* project_;
   QLabel* problem_;
   QPushButton* import_;

@@ -163,6 +163,14 @@ void MainWindow::openPath(const QString& path) {
       });
 }
 
+void MainWindow::openCloud(const QString& path) {
+  const auto document = std::make_shared<std::shared_ptr<Document>>();
+  JobDialog* dialog = newJob(tr("Opening %1").arg(QFileInfo(path).fileName()));
+  dialog->start([name = path.toStdString(), document](
+                    const Control& control) { *document = Document::OpenCloud(name, control); },
+                [this, document] { setDocument(*document); });
+}
+
 void MainWindow::setDocument(std::shared_ptr<Document> document) {
   document_ = std::move(document);
   photographs_->setSurvey(nullptr);
@@ -214,6 +222,7 @@ void MainWindow::askImport(const Workspace& workspace) {
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   dialog->setWindowModality(Qt::WindowModal);
   connect(dialog, &QDialog::accepted, this, [this, dialog] { startImport(dialog->plan()); });
+  connect(dialog, &ImportDialog::showAsItIsWanted, this, &MainWindow::openCloud);
   dialog->open();
 }
 
@@ -392,7 +401,7 @@ void MainWindow::restoreState() {
   if (!restoreGeometry(settings.value(QStringLiteral("geometry")).toByteArray())) resize(1400, 900);
   QMainWindow::restoreState(settings.value(QStringLiteral("windowState")).toByteArray());
   overlays_->setChecked(settings.value(QStringLiteral("overlays"), true).toBool());
-  smooth_->setChecked(settings.value(QStringLiteral("smooth"), false).toBool());
+  smooth_->setChecked(settings.value(QStringLiteral("smooth"), true).toBool());
   const auto restore = [&](QActionGroup* group, const QString& key) {
     const int index = settings.value(key, 0).toInt();
     if (index >= 0 && index < group->actions().size()) group->actions().at(index)->trigger();

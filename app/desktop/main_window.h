@@ -34,6 +34,8 @@ class MainWindow : public QMainWindow {
   // Anything that can be dropped: a project, a cloud, a workspace. Ends in documentOpened, an
   // import dialog, or an error dialog.
   void openPath(const QString& path);
+  // A point cloud or metaball file as it is, as a single level.
+  void openCloud(const QString& path);
   // Imports and builds in the background, then opens the project.
   void startImport(const ImportPlan& plan);
   void exportScreenshot(const PictureExport& options);

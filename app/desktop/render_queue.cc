@@ -303,6 +303,7 @@ std::shared_ptr<RenderedView> RenderQueue::draw(const Task& task, const Control&
   settings.planes.depth = settings.planes.id = true;
   settings.planes.normal = request.photos != nullptr;
   if (task.stage == Stage::kSmooth) settings.supersample = request.final_supersample;
+  view->samples = settings.supersample;
   Frame frame;
   try {
     frame = rendererFor(task.pane).Render(scene, view->camera, settings, control);

@@ -49,6 +49,7 @@ struct RenderedView {
   std::optional<PhotoShadingStats> photo_stats;
   double seconds = 0;  // all of it: rendering, photographs, conversion
   int divisor = 1;     // 1: full resolution
+  int samples = 1;     // rays a side of each pixel
   bool final = false;  // nothing better follows unless something changes
 };
 

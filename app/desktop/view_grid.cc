@@ -12,6 +12,11 @@
 #include "app/project/settings.h"
 
 namespace sherd {
+namespace {
+
+constexpr std::size_t kShapePoints = 4000;
+
+}  // namespace
 
 ViewGrid::ViewGrid(RendererFactory factory, QWidget* parent)
     : QWidget(parent), queue_(std::move(factory)), layout_(new QGridLayout(this)) {
@@ -33,6 +38,7 @@ ViewGrid::ViewGrid(RendererFactory factory, QWidget* parent)
     });
     connect(p, &ViewPane::activated, this, [this, p] { setActivePane(p); });
     connect(p, &ViewPane::failed, this, &ViewGrid::failed);
+    connect(p, &ViewPane::levelLoaded, this, [this, p] { learnShape(*p); });
     connect(p, &ViewPane::linkToggled, this, [this, p](bool linked) {
       if (!linked) return;
       // Joining: take the view of those that are linked already.
@@ -85,6 +91,7 @@ void ViewGrid::setActivePane(ViewPane* pane) {
 
 void ViewGrid::setDocument(std::shared_ptr<Document> document) {
   document_ = std::move(document);
+  shape_known_ = false;
   survey_.reset();
   waiting_for_survey_.clear();
   if (survey_job_) {
@@ -100,6 +107,7 @@ void ViewGrid::setDocument(std::shared_ptr<Document> document) {
     ViewPane& pane = *panes_[i];
     if (document_) {
       pane.setLinked(true);
+      pane.camera().SetShape(nullptr);
       pane.camera().SetScene(document_->bounds(), AxesFor(document_->up(), {}).up);
     }
     // More levels than panes: the finest ones, which one has built last.
@@ -114,6 +122,19 @@ void ViewGrid::setDocument(std::shared_ptr<Document> document) {
     lookFrom(ViewPreset::kIso);
     Q_EMIT activePaneChanged();
   }
+}
+
+void ViewGrid::learnShape(const ViewPane& pane) {
+  if (shape_known_ || !pane.level()) return;
+  shape_known_ = true;
+  const Cloud& cloud = pane.level()->cloud;
+  const std::size_t step = std::max<std::size_t>(1, cloud.size() / kShapePoints);
+  auto points = std::make_shared<std::vector<Vec3d>>();
+  for (std::size_t i = 0; i < cloud.size(); i += step) {
+    points->push_back(cloud.frame.WorldFromLocal(cloud.center[i]));
+  }
+  for (const auto& other : panes_) other->camera().SetShape(points);
+  if (fitted_) fit();
 }
 
 void ViewGrid::updateDocument(std::shared_ptr<Document> document) {

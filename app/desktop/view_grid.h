@@ -73,6 +73,8 @@ class ViewGrid : public QWidget {
 
  private:
   void arrange();
+  // Lets Fit see what a level that was loaded looks like.
+  void learnShape(const ViewPane& pane);
   // Gives the camera of `source` to all panes linked with it and draws all of them.
   void shareCamera(ViewPane* source);
 
@@ -83,6 +85,7 @@ class ViewGrid : public QWidget {
   int active_ = 0;
   Arrangement arrangement_ = Arrangement::kAutomatic;
   int columns_ = 0;
+  bool shape_known_ = false;
   bool fitted_ = false;  // the camera still stands where Fit put it: fit again when sizes change
   DisplaySettings display_;
   std::shared_ptr<Document> document_;

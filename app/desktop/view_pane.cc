@@ -117,6 +117,7 @@ void ViewPane::setDocument(std::shared_ptr<Document> document, std::size_t level
   queue_->clear(queue_id_);
   dropLoading();
   canvas_->setView(nullptr);
+  figures_.reset();
   canvas_->setPhotograph({}, {});
   level_box_->clear();
   header_layout_->parentWidget()->setEnabled(document_ != nullptr);
@@ -193,6 +194,7 @@ void ViewPane::loadLevel() {
     canvas_->setMessage({});
     showFigures();
     refresh();
+    Q_EMIT levelLoaded();
   });
   connect(job, &BackgroundJob::failed, this, [this, job](const QString& message) {
     loading_ = nullptr;
@@ -269,6 +271,8 @@ void ViewPane::takeView(const std::shared_ptr<const RenderedView>& view) {
   if (!level_ || view->level != level_) return;
   canvas_->setMessage({});
   canvas_->setView(view);
+  // Times of pictures with more rays would not compare with those of other views.
+  if (view->samples == 1) figures_ = view;
   showFigures();
   if (view->final) Q_EMIT settled();
 }
@@ -293,7 +297,7 @@ void ViewPane::showFigures() {
        stats ? tr("Median, radius factor applied; from %1 to %2")
                    .arg(length(stats->radius_min * factor), length(stats->radius_max * factor))
              : QString()});
-  const RenderedView* view = canvas_ ? canvas_->view().get() : nullptr;
+  const RenderedView* view = figures_.get();
   QString time = none, time_help, hits = none, hits_help;
   if (view && level_ && view->level == level_) {
     time = formatSeconds(view->seconds);

@@ -70,6 +70,7 @@ class ViewPane : public QFrame {
   void activated();
   void linkToggled(bool linked);
   void levelChanged();
+  void levelLoaded();
   void surveyNeeded();
   void failed(const QString& message);
   // The picture on the screen is the final one.
@@ -93,6 +94,7 @@ class ViewPane : public QFrame {
   std::size_t level_idx_ = 0;
   std::shared_ptr<const Level> level_;
   std::shared_ptr<const Survey> survey_;
+  std::shared_ptr<const RenderedView> figures_;  // the last picture with one ray a pixel
   DisplaySettings display_;
   QString backend_, device_;
   BackgroundJob* loading_ = nullptr;

@@ -55,6 +55,34 @@ TEST_P(BothProjections, FitShowsTheWholeSceneAndFillsTheView) {
   }
 }
 
+TEST_P(BothProjections, FitFramesTheShapeAndNotItsStrays) {
+  CameraController controller = MakeController(GetParam());
+  auto shape = std::make_shared<std::vector<Vec3d>>();
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 3000; ++i) {  // a ball off the middle of the bounds
+    const Vec3d v{normal(random), normal(random), normal(random)};
+    shape->push_back(Vec3d{1.5, 3.0, 3.4} + Normalized(v) * 0.4);
+  }
+  shape->push_back({900, 0, 0});
+  controller.SetShape(shape);
+  controller.Fit(kWidth, kHeight);
+  const Camera camera = controller.MakeCamera(kWidth, kHeight);
+  double left = 1e9, right = -1e9, top = 1e9, bottom = -1e9;
+  for (std::size_t i = 0; i + 1 < shape->size(); ++i) {
+    double x, y;
+    ASSERT_TRUE(camera.Project((*shape)[i], &x, &y));
+    left = std::min(left, x);
+    right = std::max(right, x);
+    top = std::min(top, y);
+    bottom = std::max(bottom, y);
+  }
+  EXPECT_NEAR(0.5 * (left + right), 0.5 * kWidth, 0.02 * kWidth);
+  EXPECT_NEAR(0.5 * (top + bottom), 0.5 * kHeight, 0.02 * kHeight);
+  EXPECT_GT(bottom - top, 0.92 * kHeight);
+  EXPECT_LT(bottom - top, 1.0 * kHeight);
+}
+
 TEST_P(BothProjections, OrbitKeepsThePivotInItsPlace) {
   CameraController controller = MakeController(GetParam());
   std::mt19937 random(7);

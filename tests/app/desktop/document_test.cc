@@ -95,6 +95,9 @@ TEST(Document, OpensAMetaballFileWithItsThreshold) {
 }
 
 TEST(Document, RefusesWhatHoldsNothing) {
+  const std::string bare =
+      Write("bare.ply", std::string(kPlyHeader) + "end_header\n0 0 0\n1 0 0\n2 0 0\n");
+  EXPECT_EQ(ClassifyPath(bare), PathKind::kWorkspace);  // to make levels from
   const std::string empty =
       Write("nan.ply", std::string(kPlyHeader) + "end_header\nnan 0 0\nnan 0 0\nnan 0 0\n");
   EXPECT_THROW(Document::OpenCloud(empty, {}), Error);

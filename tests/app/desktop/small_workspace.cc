@@ -134,19 +134,21 @@ void writeSmallWorkspace(const QString& folder, int points) {
   }
 }
 
-void writeSmallPly(const QString& path, int points) {
+void writeSmallPly(const QString& path, int points, bool radii) {
   QFile file(path);
   if (!file.open(QIODevice::WriteOnly)) qFatal("cannot write %s", qPrintable(path));
   const std::vector<Vec3d> cloud = gridPoints(points);
   const double radius = 2.5 * 2.0 / std::sqrt(static_cast<double>(cloud.size()));
   QTextStream text(&file);
   text << "ply\nformat ascii 1.0\nelement vertex " << cloud.size()
-       << "\nproperty float x\nproperty float y\nproperty float z\nproperty float radius\n"
-          "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+       << "\nproperty float x\nproperty float y\nproperty float z\n"
+       << (radii ? "property float radius\n" : "")
+       << "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
   for (const Vec3d& p : cloud) {
     const QColor c = surfaceColor(p.x, p.y);
-    text << p.x << ' ' << p.y << ' ' << p.z << ' ' << radius << ' ' << c.red() << ' ' << c.green()
-         << ' ' << c.blue() << '\n';
+    text << p.x << ' ' << p.y << ' ' << p.z << ' ';
+    if (radii) text << radius << ' ';
+    text << c.red() << ' ' << c.green() << ' ' << c.blue() << '\n';
   }
 }
 

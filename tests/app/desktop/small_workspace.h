@@ -10,7 +10,7 @@ namespace sherd {
 // [-1, 1]^2, z up.
 void writeSmallWorkspace(const QString& folder, int points);
 
-// The same surface as a PLY with x y z radius red green blue.
-void writeSmallPly(const QString& path, int points);
+// The same surface as a PLY with x y z radius red green blue; the radius only where asked for.
+void writeSmallPly(const QString& path, int points, bool radii = true);
 
 }  // namespace sherd

@@ -9,6 +9,7 @@
 #include <QMessageBox>
 #include <QMimeData>
 #include <QPushButton>
+#include <QRadioButton>
 #include <QSettings>
 #include <QSignalSpy>
 #include <QTemporaryDir>
@@ -64,6 +65,7 @@ class WindowTest : public QObject {
   void importByDialog();
   void fourLinkedPanes();
   void opensABareCloud();
+  void offersLevelsForAPointCloud();
   void opensWhatIsDropped();
   void switchesLevels();
   void orbitsPansAndZoomsByMouse();
@@ -246,6 +248,25 @@ void WindowTest::opensABareCloud() {
   QVERIFY(pane(0)->canvas()->view()->stats.hits > 0);
   QVERIFY(!pane(0)->findChild<QComboBox*>(QStringLiteral("color"))->isEnabled());
   keep(window_.get(), QStringLiteral("bare_cloud"));
+}
+
+void WindowTest::offersLevelsForAPointCloud() {
+  QVERIFY(QDir(dir_.path()).mkpath(QStringLiteral("alone")));
+  const QString path = dir_.filePath(QStringLiteral("alone/points.ply"));
+  writeSmallPly(path, 2500, false);
+  window_->openPath(path);
+  QTRY_VERIFY_WITH_TIMEOUT(shown<ImportDialog>(window_.get()), kWait);
+  auto* dialog = shown<ImportDialog>(window_.get());
+  QVERIFY(dialog->findChild<QRadioButton*>(QStringLiteral("dense"))->isChecked());
+  QVERIFY(!dialog->findChild<QRadioButton*>(QStringLiteral("sparse"))->isEnabled());
+  keep(dialog, QStringLiteral("import_point_cloud"));
+  // Or just a look at it.
+  QSignalSpy opened(window_.get(), &MainWindow::documentOpened);
+  QTest::mouseClick(dialog->findChild<QPushButton*>(QStringLiteral("asItIs")), Qt::LeftButton);
+  QVERIFY(opened.wait(kWait));
+  settle();
+  QVERIFY(!window_->document()->project());
+  QCOMPARE(pane(0)->level()->cloud.size(), std::size_t{2500});
 }
 
 void WindowTest::opensWhatIsDropped() {
