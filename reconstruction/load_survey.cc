@@ -3,6 +3,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numeric>
+#include <tuple>
 
 #include "metaball/error.h"
 #include "reconstruction/colmap_model.h"
@@ -28,7 +30,8 @@ std::string Counted(std::uint64_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
-// Moves cameras and photographs of `model` into the survey. photo_of[i] is the photograph made of
+// Moves cameras and photographs of `model` into the survey, the photographs by name: COLMAP's order
+// in the file is that of registration, or of a hash table. photo_of[i] is the photograph made of
 // image i of the file, or kNoPhoto where its camera is missing.
 std::vector<std::uint32_t> TakePhotographs(ColmapModel* model, Survey* survey) {
   std::unordered_map<std::uint32_t, std::uint32_t> camera_of;
@@ -39,8 +42,14 @@ std::vector<std::uint32_t> TakePhotographs(ColmapModel* model, Survey* survey) {
   std::vector<std::uint32_t> photo_of(model->images.size(), kNoPhoto);
   std::uint64_t without_camera = 0;
   std::string example;
-  for (std::size_t i = 0; i < model->images.size(); ++i) {
-    ColmapImage& image = model->images[i];
+  std::vector<std::size_t> by_name(model->images.size());
+  std::iota(by_name.begin(), by_name.end(), std::size_t{0});
+  std::sort(by_name.begin(), by_name.end(), [&](std::size_t a, std::size_t b) {
+    const ColmapImage &x = model->images[a], &y = model->images[b];
+    return std::tie(x.name, x.image_id) < std::tie(y.name, y.image_id);
+  });
+  for (const std::size_t i : by_name) {
+    const ColmapImage& image = model->images[i];
     const auto camera = camera_of.find(image.camera_id);
     if (camera == camera_of.end()) {
       if (without_camera++ == 0) example = image.name;

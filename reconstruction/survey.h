@@ -59,7 +59,7 @@ struct SurveyPoints {
 
 struct Survey {
   std::vector<SurveyCamera> cameras;
-  std::vector<Photograph> photographs;
+  std::vector<Photograph> photographs;  // by name
   SurveyPoints points;
   bool dense = false;  // points from fused.ply, not from the sparse model
   // COLMAP's dense stage takes the index of a pixel for its image coordinate, so that points fused

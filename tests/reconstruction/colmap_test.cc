@@ -40,12 +40,15 @@ void ExpectIsSmallModel(const Survey& s) {
     EXPECT_EQ(s.cameras[i].parameters, m.cameras[i].parameters);
   }
   ASSERT_EQ(s.photographs.size(), m.images.size());
+  const std::size_t by_name[] = {0, 2, 1};
   for (std::size_t i = 0; i < m.images.size(); ++i) {
-    EXPECT_EQ(s.photographs[i].image_id, m.images[i].image_id);
-    EXPECT_EQ(s.photographs[i].name, m.images[i].name);
-    EXPECT_EQ(s.cameras[s.photographs[i].camera_idx].camera_id, m.images[i].camera_id);
-    EXPECT_NEAR(s.photographs[i].cam_from_world.qw, m.images[i].pose.qw, 1e-15);
-    EXPECT_EQ(s.photographs[i].cam_from_world.translation, m.images[i].pose.translation);
+    const Photograph& photo = s.photographs[i];
+    const TestImage& image = m.images[by_name[i]];
+    EXPECT_EQ(photo.image_id, image.image_id);
+    EXPECT_EQ(photo.name, image.name);
+    EXPECT_EQ(s.cameras[photo.camera_idx].camera_id, image.camera_id);
+    EXPECT_NEAR(photo.cam_from_world.qw, image.pose.qw, 1e-15);
+    EXPECT_EQ(photo.cam_from_world.translation, image.pose.translation);
   }
   ASSERT_EQ(s.points.size(), m.points.size());
   ASSERT_EQ(s.points.photo_begin.size(), m.points.size() + 1);

@@ -211,9 +211,9 @@ struct DenseFixture {
 
   DenseFixture() {
     model.cameras.push_back({1, CameraModelId::kPinhole, 100, 100, {100, 100, 50, 50}});
-    model.images.push_back({9, 1, PoseAt({0, 50, 0}), "away.png"});
+    model.images.push_back({9, 1, PoseAt({0, 50, 0}), "z away.png"});
     model.images.push_back({5, 1, PoseAt({-1, 0, 0}), "left.png"});
-    model.images.push_back({7, 1, PoseAt({1, 0, 0}), "right.png"});
+    model.images.push_back({7, 1, PoseAt({1, 0, 0}), "a right.png"});
     for (int i = 0; i < 40; ++i) {
       const bool left = i % 2 == 0;
       positions.push_back({(left ? -1.0f : 1.0f) + 0.01f * static_cast<float>(i - 20), 0.1f, 4.0f});
@@ -263,7 +263,8 @@ struct DenseFixture {
     ASSERT_EQ(s.points.photo_begin.size(), positions.size() + 1);
     for (std::size_t i = 0; i < positions.size(); ++i) {
       ASSERT_EQ(s.points.photo_begin[i + 1] - s.points.photo_begin[i], 1u);
-      EXPECT_EQ(s.points.photo_idx[s.points.photo_begin[i]], seen_by_image[i][0]);
+      const Photograph& photo = s.photographs[s.points.photo_idx[s.points.photo_begin[i]]];
+      EXPECT_EQ(photo.image_id, model.images[seen_by_image[i][0]].image_id);
     }
   }
 };
@@ -362,7 +363,8 @@ TEST(Visibility, ThinnedReadingKeepsListsAndColours) {
   for (std::size_t i = 0; i < 10; ++i) {
     const std::size_t original = s.points.color[i].r;
     EXPECT_EQ(original / 4, i);
-    EXPECT_EQ(s.points.photo_idx[s.points.photo_begin[i]], f.seen_by_image[original][0]);
+    EXPECT_EQ(s.photographs[s.points.photo_idx[s.points.photo_begin[i]]].image_id,
+              f.model.images[f.seen_by_image[original][0]].image_id);
   }
 }
 

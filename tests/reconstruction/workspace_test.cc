@@ -185,7 +185,7 @@ TEST(Workspace, ProjectIniLeadsToThePhotographs) {
             "log_level=2\nimage_path = camera card\n[Mapper]\nimage_path=wrong\n");
   WriteFile(root + "/camera card/right.jpg", Pgm(640, 480));
   const Survey s = LoadSurvey(InspectWorkspace(root), {});
-  EXPECT_EQ(s.photographs[2].path, root + "/camera card/right.jpg");
+  EXPECT_EQ(s.photographs[1].path, root + "/camera card/right.jpg");
 }
 
 TEST(Photographs, AreFoundByRelativeNameThenByItsEndThenWithoutRegardToCase) {
@@ -242,14 +242,14 @@ TEST(Photographs, OriginalsAndUndistortedCopiesEachWithTheirCamera) {
   EXPECT_EQ(left.original_path, root + "/images/left one.jpg");
   EXPECT_EQ(dense.cameras[left.camera_idx].model, CameraModelId::kPinhole);
   EXPECT_EQ(dense.cameras[left.original_camera_idx].model, CameraModelId::kSimpleRadial);
-  EXPECT_EQ(dense.photographs[2].path, root + "/dense/images/right.jpg") << "a pure resize";
-  EXPECT_EQ(dense.photographs[2].original_path, "");
+  EXPECT_EQ(dense.photographs[1].path, root + "/dense/images/right.jpg") << "a pure resize";
+  EXPECT_EQ(dense.photographs[1].original_path, "");
 
   LoadOptions options;
   options.source = PointSource::kSparse;
   const Survey sparse = LoadSurvey(InspectWorkspace(root), options);
   EXPECT_EQ(sparse.photographs[0].path, root + "/images/left one.jpg");
-  EXPECT_EQ(sparse.photographs[2].path, "") << "the undistorted copy does not fit this camera";
+  EXPECT_EQ(sparse.photographs[1].path, "") << "the undistorted copy does not fit this camera";
 
   // Moved, then found again in one folder that holds both kinds.
   Survey moved = dense;
@@ -262,7 +262,7 @@ TEST(Photographs, OriginalsAndUndistortedCopiesEachWithTheirCamera) {
   EXPECT_EQ(moved.photographs[0].path, root + "/dense/images/left one.jpg");
   WriteFile(root + "/elsewhere/right.jpg", Pgm(64, 48));
   EXPECT_EQ(RelocatePhotographs({root + "/elsewhere"}, &moved), 2u);
-  EXPECT_EQ(moved.photographs[2].path, root + "/elsewhere/right.jpg");
+  EXPECT_EQ(moved.photographs[1].path, root + "/elsewhere/right.jpg");
 }
 
 TEST(Photographs, WhatDoesNotFitItsCameraIsLeftOutInOneLine) {
@@ -273,8 +273,8 @@ TEST(Photographs, WhatDoesNotFitItsCameraIsLeftOutInOneLine) {
   WriteFile(root + "/images/right.jpg", Pgm(320, 240));  // reduced
   const Survey s = LoadSurvey(InspectWorkspace(root), {});
   EXPECT_EQ(s.photographs[0].path, "");
-  EXPECT_EQ(s.photographs[1].path, "");
-  EXPECT_EQ(s.photographs[2].path, root + "/images/right.jpg");
+  EXPECT_EQ(s.photographs[2].path, "");
+  EXPECT_EQ(s.photographs[1].path, root + "/images/right.jpg");
   EXPECT_THAT(s.warnings, Contains(HasSubstr("2 photographs are left out")));
   EXPECT_THAT(s.warnings, Contains(HasSubstr("480 x 640")));
   EXPECT_THAT(s.warnings, Contains(HasSubstr("2 of 3 photographs were not found")));
@@ -288,7 +288,7 @@ TEST(Photographs, AFolderNamedByHandComesFirst) {
   LoadOptions options;
   options.photo_folder = root + "/hand";
   const Survey s = LoadSurvey(InspectWorkspace(root + "/p"), options);
-  EXPECT_EQ(s.photographs[2].path, root + "/hand/right.jpg");
+  EXPECT_EQ(s.photographs[1].path, root + "/hand/right.jpg");
 }
 
 }  // namespace
