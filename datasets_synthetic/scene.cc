@@ -19,9 +19,9 @@ constexpr Vec3f kSunColor{1.46f, 1.36f, 1.18f};
 constexpr Vec3f kSkyColor{0.74f, 0.80f, 0.90f};
 constexpr Vec3f kBounceColor{0.115f, 0.095f, 0.070f};  // from earth to earth, where the sky is hid
 constexpr float kExposure = 0.86f;
-constexpr int kSkyRays = 48, kSunRays = 16;  // the first four of these often suffice
-constexpr int kSmoothing = 2;                // passes over the mesh, against the noise of few rays
-constexpr double kSkyReach = 4.0;            // what stands farther off hides no sky, metres
+constexpr int kSunRays = 16;       // the first four often suffice
+constexpr int kSmoothing = 2;      // passes over the mesh, against the noise of few rays
+constexpr double kSkyReach = 4.0;  // what stands farther off hides no sky, metres
 
 }  // namespace
 
@@ -84,7 +84,7 @@ Surface TrenchScene::SurfaceAt(const SceneHit& hit, double footprint_m) const {
   return materials_.At(PartOf(hit), hit.point, hit.smooth_normal, footprint_m);
 }
 
-void TrenchScene::BakeLight(int threads, const Control& control) {
+void TrenchScene::BakeLight(int rays, int threads, const Control& control) {
   constexpr std::int64_t kBlock = 512;
   const auto count = static_cast<std::int64_t>(mesh_.vertices.size());
   const auto basis = [](const Vec3d& n, Vec3d* tangent, Vec3d* bitangent) {
@@ -116,7 +116,7 @@ void TrenchScene::BakeLight(int threads, const Control& control) {
       };
       // Share of the sky's light, the lower the sky the darker: cosine-weighted rays.
       double sky = 0;
-      for (int k = 0; k < kSkyRays; ++k) {
+      for (int k = 0; k < rays; ++k) {
         double u, v;
         r2(k, &u, &v);
         const double r = std::sqrt(u), angle = 2 * std::numbers::pi * v;
@@ -124,19 +124,19 @@ void TrenchScene::BakeLight(int threads, const Control& control) {
                                    bitangent * (r * std::sin(angle)) + n * std::sqrt(1 - u));
         if (d.z > 0 && !bvh_.Occluded({origin, d}, kSkyReach)) sky += 0.55 + 0.45 * d.z;
       }
-      light_[at].sky = static_cast<float>(std::min(1.0, sky / (0.85 * kSkyRays)));
+      light_[at].sky = static_cast<float>(std::min(1.0, sky / (0.85 * rays)));
       double sun = 0;
-      int rays = 0;
-      while (rays < kSunRays) {
+      int sun_rays = 0;
+      while (sun_rays < kSunRays) {
         double u, v;
-        r2(rays++, &u, &v);
+        r2(sun_rays++, &u, &v);
         const double r = kSunRadius * std::sqrt(u), angle = 2 * std::numbers::pi * v;
         const Vec3d d = Normalized(kSunDirection + sun_u * (r * std::cos(angle)) +
                                    sun_v * (r * std::sin(angle)));
         if (!bvh_.Occluded({origin, d}, 30.0)) sun += 1;
-        if (rays == 4 && (sun == 0 || sun == 4)) break;
+        if (sun_rays == 4 && (sun == 0 || sun == 4)) break;
       }
-      light_[at].sun = static_cast<float>(sun / rays);
+      light_[at].sun = static_cast<float>(sun / sun_rays);
     }
   });
   SmoothLight();

@@ -200,11 +200,15 @@ void WriteExcavation(const std::string& folder, const ExcavationOptions& options
           : 0;
   const double dense_rays =
       options.write_dense ? 25.0 * static_cast<double>(options.dense_points) : 0;
-  const double light_rays = 12e6, sparse_rays = 40.0 * static_cast<double>(options.sparse_points);
+  // Small pictures do not show the grain of light from few rays.
+  const int side = std::max(options.photo_width, options.photo_height);
+  const int sky_rays = side >= 1000 ? 48 : side >= 500 ? 24 : 12;
+  const double light_rays = 2.4e5 * sky_rays,
+               sparse_rays = 40.0 * static_cast<double>(options.sparse_points);
   const double unit = 0.97 / (photo_rays + map_rays + dense_rays + light_rays + sparse_rays);
 
   progress.Begin("light", unit * light_rays);
-  scene.BakeLight(options.threads, progress.StageControl());
+  scene.BakeLight(sky_rays, options.threads, progress.StageControl());
 
   // The order of the undistorted model's images: that of registration, not of names or ids.
   std::vector<std::size_t> image_order(plan.shots.size());
