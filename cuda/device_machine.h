@@ -212,10 +212,10 @@ class DeviceMachine {
     CheckCuda(cudaMemsetAsync(buffer->data(), 0, n * sizeof(T), stream_.get()), "cudaMemsetAsync");
   }
   template <class T>
-  void Upload(Buffer<T>* buffer, const T* source, std::size_t n) {
+  void Upload(Buffer<T>* buffer, std::size_t begin, const T* source, std::size_t n) {
     if (n == 0) return;
     // From ordinary memory: the call returns when the source may change.
-    CheckCuda(cudaMemcpyAsync(buffer->data(), source, n * sizeof(T), cudaMemcpyHostToDevice,
+    CheckCuda(cudaMemcpyAsync(buffer->data() + begin, source, n * sizeof(T), cudaMemcpyHostToDevice,
                               stream_.get()),
               "cudaMemcpyAsync to the GPU");
   }

@@ -121,6 +121,7 @@ class FramePipeline {
       machine_.Release(&planes->id);
     }
     machine_.ReleaseScratch();
+    held_ = 0;
   }
 
   static double SecondsSince(std::chrono::steady_clock::time_point begin) {
@@ -129,7 +130,7 @@ class FramePipeline {
 
   // ---- the scene ------------------------------------------------------------------------------
 
-  std::uint64_t CloudBytes() const { return center_.bytes() + radius_.bytes() + color_.bytes(); }
+  std::uint64_t CloudBytes() const { return sphere_.bytes() + color_.bytes(); }
 
   // Radii so far apart that a float cannot hold the largest one's field to the smallest one's
   // accuracy: 2^-24 of the large radius against kDepthTolerance of the small one.
@@ -139,8 +140,8 @@ class FramePipeline {
     if (cloud_.lock() == cloud && cloud_size_ == cloud->size()) return;
     cloud_.reset();
     const std::size_t n = cloud->size();
-    const std::uint64_t needed = n * (sizeof(Vec3f) + (cloud->radius.empty() ? 0 : 4) +
-                                      (cloud->color.empty() ? 0 : 4) + kBytesPerMetaball);
+    const std::uint64_t needed =
+        n * (sizeof(kernels::Sphere) + (cloud->color.empty() ? 0 : 4) + kBytesPerMetaball);
     const std::uint64_t available = machine_.AvailableBytes() + machine_.ReservedBytes();
     if (needed > available) {
       throw ResourceError(std::to_string(n) + " metaballs need " + Megabytes(needed) + " of " +
@@ -149,20 +150,29 @@ class FramePipeline {
                           needed, available);
     }
     if (needed > machine_.AvailableBytes()) ReleaseFrame();
-    machine_.Resize(&center_, n, "centres");
-    machine_.Upload(&center_, cloud->center.data(), n);
-    machine_.Resize(&radius_, cloud->radius.size(), "radii");
-    machine_.Upload(&radius_, cloud->radius.data(), cloud->radius.size());
-    std::vector<std::uint32_t> packed(cloud->color.size());
-    for (std::size_t i = 0; i < packed.size(); ++i) {
-      const Rgb8 c = cloud->color[i];
-      packed[i] =
-          c.r | static_cast<std::uint32_t>(c.g) << 8 | static_cast<std::uint32_t>(c.b) << 16;
+    machine_.Resize(&sphere_, n, "metaballs");
+    machine_.Resize(&color_, cloud->color.size(), "colours");
+    // In pieces, so that the packed copy never takes as much memory as the cloud.
+    constexpr std::size_t kPiece = std::size_t{1} << 18;
+    std::vector<kernels::Sphere> spheres(std::min(n, kPiece));
+    std::vector<std::uint32_t> colors(cloud->color.empty() ? 0 : spheres.size());
+    for (std::size_t begin = 0; begin < n; begin += kPiece) {
+      const std::size_t count = std::min(kPiece, n - begin);
+      for (std::size_t k = 0; k < count; ++k) {
+        const Vec3f c = cloud->center[begin + k];
+        spheres[k] = {c.x, c.y, c.z, cloud->RadiusOf(begin + k)};
+      }
+      machine_.Upload(&sphere_, begin, spheres.data(), count);
+      if (colors.empty()) continue;
+      for (std::size_t k = 0; k < count; ++k) {
+        const Rgb8 c = cloud->color[begin + k];
+        colors[k] =
+            c.r | static_cast<std::uint32_t>(c.g) << 8 | static_cast<std::uint32_t>(c.b) << 16;
+      }
+      machine_.Upload(&color_, begin, colors.data(), count);
     }
-    machine_.Resize(&color_, packed.size(), "colours");
-    machine_.Upload(&color_, packed.data(), packed.size());
     machine_.Resize(&srgb_table_, 256, "tables");
-    machine_.Upload(&srgb_table_, SrgbToLinearTable(), 256);
+    machine_.Upload(&srgb_table_, 0, SrgbToLinearTable(), 256);
     double_precision_ = false;
     if (!cloud->radius.empty()) {
       const auto [lo, hi] = std::minmax_element(cloud->radius.begin(), cloud->radius.end());
@@ -202,6 +212,7 @@ class FramePipeline {
                            (samples + (n > 1 ? pixels : 0)) * BytesPerSample(job.settings.planes);
     // Sorting and scanning want a little room of their own.
     const auto fits = [&](std::uint64_t bytes) {
+      if (bytes <= held_) return true;
       return bytes + bytes / 16 <= machine_.AvailableBytes() + machine_.ReservedBytes();
     };
     const bool addressable = fine_width <= kernels::kMaxRegionSide &&
@@ -227,6 +238,7 @@ class FramePipeline {
         machine_.Mark(FrameStage::kTraced);
         CopyOut(job, region);
         machine_.Mark(FrameStage::kEnd);
+        held_ = std::max(held_, needed);
         RenderStats& stats = job.frame->stats;
         stats.seconds_bin += machine_.Seconds(FrameStage::kBegin, FrameStage::kBinned);
         stats.seconds_trace += machine_.Seconds(FrameStage::kBinned, FrameStage::kTraced);
@@ -265,9 +277,7 @@ class FramePipeline {
 
   kernels::MetaballArrays Metaballs(const Scene& scene) const {
     kernels::MetaballArrays m;
-    m.center = center_.data();
-    m.radius = scene.cloud->radius.empty() ? nullptr : radius_.data();
-    m.uniform_radius = scene.cloud->uniform_radius;
+    m.sphere = sphere_.data();
     m.radius_scale = scene.surface.radius_scale;
     m.count = static_cast<std::uint32_t>(cloud_size_);
     return m;
@@ -342,8 +352,14 @@ class FramePipeline {
     p.range = range_.data();
     p.front = front_.data();
     p.tiles_x = tiles_x_;
-    p.inverse_uniform_radius =
-        cloud.radius.empty() ? 1.0 / (cloud.uniform_radius * job.scene.surface.radius_scale) : 0.0;
+    p.right = local.right.cast<float>();
+    p.down = local.down.cast<float>();
+    p.inverse_fx = static_cast<float>(1.0 / local.fx);
+    p.inverse_fy = static_cast<float>(1.0 / local.fy);
+    if (cloud.radius.empty()) {
+      p.uniform_radius = cloud.uniform_radius * job.scene.surface.radius_scale;
+      p.inverse_uniform_radius = 1.0 / p.uniform_radius;
+    }
     p.threshold = job.scene.surface.threshold;
     p.world_per_local = cloud.frame.unit;
     p.light = PrepareLight(job.scene.lighting);
@@ -402,8 +418,7 @@ class FramePipeline {
   std::weak_ptr<const Cloud> cloud_;
   std::size_t cloud_size_ = 0;
   bool double_precision_ = false;
-  Buffer<Vec3f> center_;
-  Buffer<float> radius_;
+  Buffer<kernels::Sphere> sphere_;
   Buffer<std::uint32_t> color_;
   Buffer<float> srgb_table_;
   // A frame's.
@@ -415,6 +430,9 @@ class FramePipeline {
   Buffer<kernels::BinTotals> totals_;
   Buffer<kernels::TraceCounts> counts_;
   int tiles_x_ = 0, tiles_ = 0;
+  // What a region took that went well: one that needs no more is begun without asking the machine,
+  // which takes its time. Should it fail all the same, Render gives everything back and asks.
+  std::uint64_t held_ = 0;
   PlaneBuffers samples_, pixels_;
 };
 

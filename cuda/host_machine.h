@@ -87,8 +87,8 @@ class HostMachine {
     std::memset(static_cast<void*>(buffer->data()), 0, n * sizeof(T));
   }
   template <class T>
-  void Upload(Buffer<T>* buffer, const T* source, std::size_t n) {
-    std::copy_n(source, n, buffer->data());
+  void Upload(Buffer<T>* buffer, std::size_t begin, const T* source, std::size_t n) {
+    std::copy_n(source, n, buffer->data() + begin);
   }
   template <class T>
   void Download(T* destination, const Buffer<T>& buffer, std::size_t n) {

@@ -5,7 +5,7 @@
 //   Reserve(&buffer, n, what)           at least n elements; the content is lost when it grows
 //   Release(&buffer), ReleaseScratch()   gives memory back
 //   Zero(&buffer, n)                    the first n elements
-//   Upload(&buffer, source, n), Download(destination, buffer, n)
+//   Upload(&buffer, begin, source, n), Download(destination, buffer, n)
 //                                       Download waits for all work before it
 //   AvailableBytes()                    memory that could still be reserved
 //   ForEach(name, n, body)              body(i) for i in [0, n)

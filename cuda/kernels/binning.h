@@ -32,16 +32,20 @@ struct alignas(8) PixelBox16 {
   std::uint16_t x0, y0, x1, y1;
 };
 
+// Centre and radius of a metaball, read at once.
+struct alignas(16) Sphere {
+  float x, y, z, radius;
+  SHERD_HD Vec3f center() const { return {x, y, z}; }
+};
+
 // The metaballs on the device: what every kernel reads of the scene. Local units.
 struct MetaballArrays {
-  const Vec3f* center = nullptr;
-  const float* radius = nullptr;  // null: uniform_radius
-  float uniform_radius = 0.0f;    // radius_scale not yet applied
+  const Sphere* sphere = nullptr;  // radius_scale not yet applied
   double radius_scale = 1.0;
   std::uint32_t count = 0;
 
-  SHERD_HD float ScaledRadius(std::uint32_t i) const {
-    return (radius ? radius[i] : uniform_radius) * static_cast<float>(radius_scale);
+  SHERD_HD float ScaledRadius(const Sphere& s) const {
+    return s.radius * static_cast<float>(radius_scale);
   }
 };
 
@@ -62,9 +66,10 @@ struct MeasureBounds {
 
   SHERD_HD void operator()(std::uint64_t thread) const {
     const std::uint32_t i = static_cast<std::uint32_t>(thread);
-    const float radius = metaballs.ScaledRadius(i);
+    const Sphere sphere = metaballs.sphere[i];
     float distance = 0.0f;
-    const PixelBox b = BoundsOfSphere(view, metaballs.center[i], radius, &distance);
+    const PixelBox b =
+        BoundsOfSphere(view, sphere.center(), metaballs.ScaledRadius(sphere), &distance);
     const bool seen = !b.empty();
     box[i] = seen ? PixelBox16{static_cast<std::uint16_t>(b.x0), static_cast<std::uint16_t>(b.y0),
                                static_cast<std::uint16_t>(b.x1), static_cast<std::uint16_t>(b.y1)}

@@ -36,7 +36,7 @@ inline constexpr int kChunk = kTileRays;  // entries staged at once: one a threa
 // How far from the base an entry may begin, in its own radii.
 inline constexpr float kReachInRadii = 32.0f;
 // The march's first step after a pause, in smallest radii.
-inline constexpr float kFirstStepInRadii = 0.75f;
+inline constexpr float kFirstStepInRadii = 1.0f;
 // Steps of one ray after which it is given up and counted as unresolved.
 inline constexpr int kMaxSteps = 20000;
 
@@ -76,6 +76,10 @@ struct TraceParams {
   const EntryRange* range = nullptr;        // per tile
   const std::uint32_t* front = nullptr;     // per metaball: OrderedBits of the front distance
   int tiles_x = 0;
+  // The camera in floats: axes, pixels to slopes (orthographic: to lengths).
+  Vec3f right{}, down{};
+  float inverse_fx = 1.0f, inverse_fy = 1.0f;
+  double uniform_radius = 0.0;          // with radius_scale; 0 where each has its own
   double inverse_uniform_radius = 0.0;  // with radius_scale; 0 where each has its own
   double threshold = 0.7;
   double world_per_local = 1.0;
@@ -108,7 +112,16 @@ struct TraceProgram {
   static constexpr int kBlocksPerMultiprocessor = sizeof(Real) == 8 ? 7 : 10;
   static constexpr int kColumn = Traits::kColumn;
 
+  // The tile's place in the picture and the ray through its middle.
+  struct TileRay {
+    int x0, y0;
+    RayD centre;
+    float length;  // perspective: of the direction before it was made a unit vector
+  };
+
   struct Shared {
+    double centre[6];     // origin and direction of the tile's middle ray
+    float centre_length;  // TileRay's
     // Staged entries: centre relative to the tile's reference point, and 1 / radius where each has
     // its own. (In double precision: four arrays.)
     union {
@@ -165,7 +178,36 @@ struct TraceProgram {
     if constexpr (Traits::kOwnRadius) {
       return 1.0;
     } else {
-      return p.metaballs.uniform_radius * p.metaballs.radius_scale;
+      return p.uniform_radius;
+    }
+  }
+
+  // Direction and spread of the ray dx, dy pixels from the tile's centre ray. In floats the
+  // difference of the two directions is found as a difference, so that it keeps its own accuracy
+  // and no ray needs double precision (which many GPUs have little of):
+  //   u / |u| - c / |c| = e / |u| - c m / (|u| |c| (|u| + |c|)),  e = u - c,  m = |u|^2 - |c|^2,
+  // c and u being the two directions before they are made unit vectors.
+  SHERD_HD void AimRay(const TileRay& tile, int thread, Ray& ray) const {
+    const int px = thread % kTileSize, py = thread / kTileSize;
+    if constexpr (sizeof(Real) == 4) {
+      const float x = (static_cast<float>(px) + 0.5f - 0.5f * kTileSize) * p.inverse_fx;
+      const float y = (static_cast<float>(py) + 0.5f - 0.5f * kTileSize) * p.inverse_fy;
+      const Vec3f e = p.right * x + p.down * y;
+      ray.direction = tile.centre.direction.template cast<float>();
+      ray.spread = e;
+      if (Orthographic()) return;
+      const float c_length = tile.length;
+      const Vec3f c = ray.direction * c_length;
+      const float m = 2.0f * Dot(c, e) + Dot(e, e);
+      const float u_length = sqrtf(c_length * c_length + m);
+      ray.spread = e * (1.0f / u_length) - c * (m / (u_length * c_length * (u_length + c_length)));
+      ray.direction += ray.spread;
+    } else {
+      const RayD own = RayThrough(p.camera, tile.x0 + px + 0.5, tile.y0 + py + 0.5);
+      ray.direction = own.direction.template cast<Real>();
+      ray.spread =
+          (Orthographic() ? own.origin - tile.centre.origin : own.direction - tile.centre.direction)
+              .template cast<Real>();
     }
   }
 
@@ -201,18 +243,16 @@ struct TraceProgram {
   }
 
   // A metaball's centre relative to the reference, scaled, and 1 / radius (1 where uniform).
-  SHERD_HD V RelativeCenter(std::uint32_t i, const Place& place) const {
-    const Vec3f c = p.metaballs.center[i];
+  SHERD_HD V RelativeCenter(const Sphere& c, const Place& place) const {
     return V{static_cast<Real>(c.x) - static_cast<Real>(place.reference.x),
              static_cast<Real>(c.y) - static_cast<Real>(place.reference.y),
              static_cast<Real>(c.z) - static_cast<Real>(place.reference.z)} *
            Scale();
   }
-  SHERD_HD Real InverseRadius(std::uint32_t i) const {
+  SHERD_HD Real InverseRadius(const Sphere& c) const {
     if constexpr (Traits::kOwnRadius) {
       // radius x factor as the reference has it, where Real can hold the product.
-      return Real(1) / (static_cast<Real>(p.metaballs.radius[i]) *
-                        static_cast<Real>(p.metaballs.radius_scale));
+      return Real(1) / (static_cast<Real>(c.radius) * static_cast<Real>(p.metaballs.radius_scale));
     } else {
       return Real(1);
     }
@@ -236,7 +276,7 @@ struct TraceProgram {
   // between the depths of the nearest and farthest one (asked for shading only).
   template <bool kForShading>
   SHERD_HD bool Stage(Shared& s, int thread, std::uint32_t cursor, std::uint32_t end, int round,
-                      const Place& place, int tile_x0, int tile_y0) const {
+                      const Place& place, const TileRay& tile) const {
     const int slot = round % 3;
     const std::uint32_t e = cursor + static_cast<std::uint32_t>(thread);
     if (thread == 0) {
@@ -251,13 +291,14 @@ struct TraceProgram {
     }
     const std::uint32_t i = p.entry[e];
     const float front = FloatFromOrdered(p.front[i]);
-    const float radius = p.metaballs.ScaledRadius(i);
+    const Sphere sphere = p.metaballs.sphere[i];
+    const float radius = p.metaballs.ScaledRadius(sphere);
     s.front[thread] = front;
     if (static_cast<double>(front) - place.base > static_cast<double>(kReachInRadii * radius)) {
       AtomicMin(&s.first_far[slot], static_cast<std::uint32_t>(thread));
     }
-    const V c = RelativeCenter(i, place);
-    const Real inverse = InverseRadius(i);
+    const V c = RelativeCenter(sphere, place);
+    const Real inverse = InverseRadius(sphere);
     if constexpr (sizeof(Real) == 4) {
       s.staged[thread] = {c.x, c.y, c.z, inverse};
     } else {
@@ -266,7 +307,7 @@ struct TraceProgram {
       s.staged_double[2][thread] = c.z;
       s.staged_double[3][thread] = inverse;
     }
-    const std::uint64_t coverage = CoverageOf(p.box[i], tile_x0, tile_y0);
+    const std::uint64_t coverage = CoverageOf(p.box[i], tile.x0, tile.y0);
     s.coverage[0][thread] = static_cast<std::uint32_t>(coverage);
     s.coverage[1][thread] = static_cast<std::uint32_t>(coverage >> 32);
     if constexpr (kForShading) {
@@ -341,9 +382,9 @@ struct TraceProgram {
   // One metaball of the tile's list as the ray passes it; false where it misses.
   SHERD_HD bool ListPass(std::uint32_t e, const Place& place, const V& origin, const Ray& ray,
                          RayPass<Real>* pass, Real* inverse) const {
-    const std::uint32_t i = p.entry[e];
-    *inverse = InverseRadius(i);
-    *pass = PassOf<Real>(RelativeCenter(i, place) - origin, ray.direction, *inverse);
+    const Sphere sphere = p.metaballs.sphere[p.entry[e]];
+    *inverse = InverseRadius(sphere);
+    *pass = PassOf<Real>(RelativeCenter(sphere, place) - origin, ray.direction, *inverse);
     return pass->h > Real(0);
   }
 
@@ -524,26 +565,39 @@ struct TraceProgram {
   SHERD_HD void operator()(Block& block) const {
     Shared& s = block.shared();
     const EntryRange list = p.range[block.index()];
-    const int tile_x0 = block.index() % p.tiles_x * kTileSize;
-    const int tile_y0 = block.index() / p.tiles_x * kTileSize;
-    const RayD centre = RayThrough(p.camera, tile_x0 + 0.5 * kTileSize, tile_y0 + 0.5 * kTileSize);
+    TileRay tile;
+    tile.x0 = block.index() % p.tiles_x * kTileSize;
+    tile.y0 = block.index() / p.tiles_x * kTileSize;
+
+    // One thread finds the middle ray, in double precision, for all.
+    block.Each([&](int thread, Ray&) {
+      if (thread != 0) return;
+      const double x = tile.x0 + 0.5 * kTileSize, y = tile.y0 + 0.5 * kTileSize;
+      const RayD centre = RayThrough(p.camera, x, y);
+      s.centre[0] = centre.origin.x;
+      s.centre[1] = centre.origin.y;
+      s.centre[2] = centre.origin.z;
+      s.centre[3] = centre.direction.x;
+      s.centre[4] = centre.direction.y;
+      s.centre[5] = centre.direction.z;
+      const float slope_x = static_cast<float>((x - p.camera.cx) / p.camera.fx);
+      const float slope_y = static_cast<float>((y - p.camera.cy) / p.camera.fy);
+      s.centre_length = sqrtf(1.0f + slope_x * slope_x + slope_y * slope_y);
+      s.first_far[0] = kChunk;
+      s.hit_min = 0x7f800000u;  // infinity
+      s.hit_max = 0;
+      for (std::uint32_t& v : s.rare) v = 0;
+      for (unsigned long long& v : s.work) v = 0;
+    });
+    tile.centre = {{s.centre[0], s.centre[1], s.centre[2]},
+                   {s.centre[3], s.centre[4], s.centre[5]}};
+    tile.length = s.centre_length;
 
     block.Each([&](int thread, Ray& ray) {
-      const int x = tile_x0 + thread % kTileSize;
-      const int y = tile_y0 + thread / kTileSize;
-      const RayD own = RayThrough(p.camera, x + 0.5, y + 0.5);
-      ray.direction = own.direction.template cast<Real>();
-      ray.spread = (Orthographic() ? own.origin - centre.origin : own.direction - centre.direction)
-                       .template cast<Real>();
-      ray.searching = x < p.camera.width && y < p.camera.height && list.begin < list.end;
+      AimRay(tile, thread, ray);
+      ray.searching = tile.x0 + thread % kTileSize < p.camera.width &&
+                      tile.y0 + thread / kTileSize < p.camera.height && list.begin < list.end;
       ray.wide_begin = list.begin;
-      if (thread == 0) {
-        s.first_far[0] = kChunk;
-        s.hit_min = 0x7f800000u;  // infinity
-        s.hit_max = 0;
-        for (std::uint32_t& v : s.rare) v = 0;
-        for (unsigned long long& v : s.work) v = 0;
-      }
     });
 
     std::uint32_t cursor = list.begin;
@@ -553,11 +607,10 @@ struct TraceProgram {
     while (working) {
       const double previous = base;
       base = BaseOf(cursor);
-      const Place place = PlaceAt(centre, base);
+      const Place place = PlaceAt(tile.centre, base);
       const Real delta = static_cast<Real>(base - previous) * Scale();
-      block.Each([&](int thread, Ray&) {
-        Stage<false>(s, thread, cursor, list.end, round, place, tile_x0, tile_y0);
-      });
+      block.Each(
+          [&](int thread, Ray&) { Stage<false>(s, thread, cursor, list.end, round, place, tile); });
       const int size = static_cast<int>(s.first_far[round % 3]);
       working = block.EachAny([&](int thread, Ray& ray) {
         return Advance(s, thread, cursor, size, place, delta, ray);
@@ -590,9 +643,9 @@ struct TraceProgram {
     if (any_hit) {
       const std::uint32_t end = cursor;
       for (cursor = list.begin; cursor < end; ++round) {
-        const Place place = PlaceAt(centre, BaseOf(cursor));
+        const Place place = PlaceAt(tile.centre, BaseOf(cursor));
         const bool needed = block.EachAny([&](int thread, Ray&) {
-          return Stage<true>(s, thread, cursor, end, round, place, tile_x0, tile_y0);
+          return Stage<true>(s, thread, cursor, end, round, place, tile);
         });
         const int size = static_cast<int>(s.first_far[round % 3]);
         if (needed) {
@@ -603,7 +656,7 @@ struct TraceProgram {
     }
 
     block.Each([&](int thread, Ray& ray) {
-      Write(tile_x0 + thread % kTileSize, tile_y0 + thread / kTileSize, ray);
+      Write(tile.x0 + thread % kTileSize, tile.y0 + thread / kTileSize, ray);
       if (thread < TraceCounts::kRareCount && s.rare[thread] != 0) {
         AtomicAdd(&p.counts->rare[thread], static_cast<unsigned long long>(s.rare[thread]));
       }

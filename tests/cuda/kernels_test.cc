@@ -141,18 +141,17 @@ TEST(MeasureBounds, BoxesHoldEveryRayThatMeetsTheMetaballAndFrontsAreLowerBounds
   std::mt19937 random(3);
   std::uniform_real_distribution<float> uniform(-1, 1);
   constexpr int n = 200;
-  std::vector<Vec3f> center(n);
-  std::vector<float> radius(n);
+  std::vector<Sphere> sphere(n);
   for (int i = 0; i < n; ++i) {
-    center[i] = {uniform(random), uniform(random), uniform(random)};
-    radius[i] = 0.02f * std::exp(2 * uniform(random));
+    sphere[i] = {uniform(random), uniform(random), uniform(random), 0};
+    sphere[i].radius = 0.02f * std::exp(2 * uniform(random));
   }
   for (const bool orthographic : {false, true}) {
     const Camera camera =
         orthographic
             ? Camera::LookAtOrthographic({0, 0, -1}, {0.1, 0, 0}, {0, 1, 0}, 2, 64, 48)
             : Camera::LookAt({0, 0.2, -0.9}, {0.1, 0, 0}, {0, 1, 0}, 1.7, 64, 48);  // some inside
-    MetaballArrays metaballs{center.data(), radius.data(), 0.0f, 1.5, n};
+    const MetaballArrays metaballs{sphere.data(), 1.5, n};
     std::vector<PixelBox16> box(n);
     std::vector<std::uint32_t> front(n), key(n), item(n);
     const MeasureBounds body{metaballs,    ViewOf(camera), box.data(),
@@ -166,8 +165,8 @@ TEST(MeasureBounds, BoxesHoldEveryRayThatMeetsTheMetaballAndFrontsAreLowerBounds
       for (int y = 0; y < camera.height; ++y) {
         for (int x = 0; x < camera.width; ++x) {
           const RayD ray = RayThrough(camera, x + 0.5, y + 0.5);
-          const Vec3d v = center[i].cast<double>() - ray.origin;
-          const double r = radius[i] * 1.5, b = Dot(v, ray.direction);
+          const Vec3d v = sphere[i].center().cast<double>() - ray.origin;
+          const double r = sphere[i].radius * 1.5, b = Dot(v, ray.direction);
           const double h = r * r - (Dot(v, v) - b * b);
           if (!(h > 0) || b + std::sqrt(h) <= 0) continue;
           ++met;
