@@ -91,7 +91,7 @@ void AddImport(CLI::App* program, Action* action) {
                 "where there are any]")
       ->excludes(dense);
   AddSetting(app, "metres-per-unit", &options->metres_per_unit, "M");
-  AddVector(app, "--up", &options->up, "what is up, world [default: from the photographs]");
+  AddDirection(app, "--up", &options->up, "what is up, world [default: from the photographs]");
   app->add_option_function<std::string>(
          "--decimate",
          [options](const std::string& text) {

@@ -56,8 +56,8 @@ void AddLookOptions(CLI::App* app, LookOptions* look) {
   auto* look_at = in(kCamera, AddVector(app, "--look-at", &look->look_at,
                                         "the point in the middle of the picture [default: the "
                                         "middle of the points]"));
-  in(kCamera, AddVector(app, "--up", &look->up,
-                        "what is up, for --eye and --view [default: the project's, else 0,0,1]"))
+  in(kCamera, AddDirection(app, "--up", &look->up,
+                           "what is up, for --eye and --view [default: the project's, else 0,0,1]"))
       ->excludes(photo);
   auto* fov = in(kCamera, AddSetting(app, "fov-x", &look->fov_x, "DEG"));
   auto* width = in(kCamera, AddSetting(app, "ortho-width", &look->ortho_width, "W"));
@@ -76,13 +76,9 @@ void AddLookOptions(CLI::App* app, LookOptions* look) {
   in(kSurface, AddSetting(app, "radius-scale", &look->radius_scale, "S"));
   in(kSurface, AddSetting(app, "ambient", &look->ambient, "A"));
   in(kSurface, AddSetting(app, "diffuse", &look->diffuse, "D"));
-  auto* light = in(kSurface, AddVector(app, "--light", &look->light,
-                                       "direction towards the light, world [default: the light is "
-                                       "at the camera]"));
-  light->check([look](const std::string&) {
-    return look->light && !(Length(*look->light) > 0) ? std::string("the direction has no length")
-                                                      : std::string();
-  });
+  in(kSurface, AddDirection(app, "--light", &look->light,
+                            "direction towards the light, world [default: the light is "
+                            "at the camera]"));
   in(kSurface, app->add_flag("--unlit", look->unlit, "the colours themselves, without light"));
 
   constexpr const char* kPicture = "Picture";

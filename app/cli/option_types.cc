@@ -97,6 +97,20 @@ CLI::Option* AddVector(CLI::App* app, const std::string& name, std::optional<Vec
       ->type_name("X,Y,Z");
 }
 
+CLI::Option* AddDirection(CLI::App* app, const std::string& name, std::optional<Vec3d>* value,
+                          const std::string& help) {
+  return AddParsed(app, name, help,
+                   [value](const std::string& text) {
+                     const Vec3d direction = ParseVector(text);
+                     if (!(Length(direction) > 0 && Length(direction) < INFINITY)) {
+                       throw InputError("", "", "\"" + text + "\" is no direction",
+                                        "its length must be above 0");
+                     }
+                     *value = direction;
+                   })
+      ->type_name("X,Y,Z");
+}
+
 CLI::Option* AddSize(CLI::App* app, std::optional<Size>* value, const std::string& help) {
   return AddParsed(app, "--size", help,
                    [value](const std::string& text) { *value = ParseSize(text); })

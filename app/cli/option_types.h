@@ -23,6 +23,9 @@ std::vector<std::uint64_t> ParseCounts(const std::string& text);
 
 CLI::Option* AddVector(CLI::App* app, const std::string& name, std::optional<Vec3d>* value,
                        const std::string& help);
+// The same, refusing the zero vector.
+CLI::Option* AddDirection(CLI::App* app, const std::string& name, std::optional<Vec3d>* value,
+                          const std::string& help);
 CLI::Option* AddSize(CLI::App* app, std::optional<Size>* value, const std::string& help);
 // An option of the settings table (settings.h): its range is checked, its help and default shown.
 CLI::Option* AddSetting(CLI::App* app, const std::string& name, std::optional<double>* value,

@@ -83,16 +83,19 @@ bool CheckedProxy::Sync() {
 
 PictureFile::PictureFile(const std::string& path, const std::string& format,
                          const OIIO::ImageSpec& spec)
-    : path_(path), spec_(spec), file_(path) {
+    : path_(path), format_(format), spec_(spec), file_(path) {
   file_.CloseForExternalWriter();
-  output_ = OIIO::ImageOutput::create(format);
+}
+
+void PictureFile::Open() {
+  output_ = OIIO::ImageOutput::create(format_);
   if (!output_) {
-    throw OutputError(path_, "OpenImageIO cannot write " + format +
+    throw OutputError(path_, "OpenImageIO cannot write " + format_ +
                                  " on this machine: " + OneLine(OIIO::geterror()));
   }
   // Not for TIFF: libtiff writes without a buffer and reports every failure itself, and through a
   // proxy OpenImageIO 2.4 makes the Exif directory the file's first.
-  if (format != "tiff" && output_->supports("ioproxy")) {
+  if (format_ != "tiff" && output_->supports("ioproxy")) {
     proxy_ = std::make_unique<CheckedProxy>(file_.temporary_path());
     if (!proxy_->opened()) Fail("cannot be written");
     void* pointer = proxy_.get();
@@ -111,6 +114,7 @@ PictureFile::~PictureFile() {
 }
 
 void PictureFile::WriteRows(const void* pixels, OIIO::TypeDesc type, int rows) {
+  if (!output_) Open();
   if (!output_->write_scanlines(next_row_, next_row_ + rows, 0, type, pixels)) {
     Fail("writing failed");
   }

@@ -38,7 +38,9 @@ class CheckedProxy final : public OIIO::Filesystem::IOProxy {
 
 class PictureFile {
  public:
-  // `format` is OpenImageIO's name of it ("png"). Throws OutputError.
+  // `format` is OpenImageIO's name of it ("png"). Makes the temporary file; the format's own writer
+  // begins with the first row (libpng complains on stderr about a file that ends without any).
+  // Throws OutputError.
   PictureFile(const std::string& path, const std::string& format, const OIIO::ImageSpec& spec);
   ~PictureFile();
 
@@ -48,9 +50,10 @@ class PictureFile {
   void Finish();
 
  private:
+  void Open();
   [[noreturn]] void Fail(const std::string& what);
 
-  std::string path_;
+  std::string path_, format_;
   OIIO::ImageSpec spec_;
   AtomicFile file_;
   std::unique_ptr<CheckedProxy> proxy_;

@@ -133,7 +133,7 @@ TEST_F(CliRender, LightFollowsTheThesis) {
   // From the right: lighter there.
   ASSERT_EQ(RenderFront("--light 1,0,0").code, 0);
   image = Picture();
-  EXPECT_GT(image.At(60, 40, 0), image.At(41, 40, 0) + 0.2f);
+  EXPECT_GT(image.At(70, 40, 0), image.At(31, 40, 0) + 0.15f);
   // Never above 1.
   ASSERT_EQ(RenderFront("--ambient 9").code, 0);
   EXPECT_EQ(Picture().At(50, 40, 0), 1);
