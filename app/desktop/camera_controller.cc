@@ -8,7 +8,7 @@
 namespace sherd {
 namespace {
 
-constexpr double kFitMargin = 1.04;
+constexpr double kFitMargin = 1.08;
 
 // Rodrigues' rotation of v about the unit axis.
 Vec3d Rotated(const Vec3d& v, const Vec3d& axis, double angle) {

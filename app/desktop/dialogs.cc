@@ -1,5 +1,6 @@
 #include "app/desktop/dialogs.h"
 
+#include <QApplication>
 #include <QDialogButtonBox>
 #include <QLabel>
 #include <QMessageBox>
@@ -52,7 +53,10 @@ void JobDialog::start(BackgroundJob::Work work, std::function<void()> done) {
   timer_.start();
   job_.start(std::move(work), std::move(done));
   QTimer::singleShot(kShowAfterMs, this, [this] {
-    if (!ended_) open();
+    if (ended_) return;
+    const bool active = parentWidget() && parentWidget()->isActiveWindow();
+    open();
+    if (active) activateWindow();
   });
 }
 
@@ -81,10 +85,12 @@ void JobDialog::showProgress(const QString& what, double fraction) {
 
 void JobDialog::end() {
   ended_ = true;
-  const bool was_active = isActiveWindow();
+  const bool active = isActiveWindow();
   hide();
   // Keys go to the window again, also where no window manager sees to it.
-  if (was_active && parentWidget()) parentWidget()->activateWindow();
+  if (active && parentWidget() && !QApplication::activeModalWidget()) {
+    parentWidget()->activateWindow();
+  }
   deleteLater();
 }
 

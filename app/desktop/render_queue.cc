@@ -190,25 +190,16 @@ bool RenderQueue::nextTask(Task* task) {
 
 void RenderQueue::run(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  bool idle = true;
   while (!stop.stop_requested()) {
     Task task;
     if (!nextTask(&task)) {
       for (auto& [id, pane] : panes_) pane.turns = 0;
-      if (!idle) {
-        idle = true;
-        lock.unlock();
-        Q_EMIT becameIdle();
-        lock.lock();
-        continue;
-      }
       wake_.wait(lock, stop, [this] {
         Task waiting;
         return nextTask(&waiting);
       });
       continue;
     }
-    idle = false;
     running_ = task;
     running_since_.start();
     running_stop_ = std::stop_source();

@@ -97,7 +97,6 @@ class RenderQueue : public QObject {
   void renderFailed(int pane, const QString& message);
   // `backend` is "cpu" or "cuda", `why` one line for people.
   void deviceChosen(const QString& backend, const QString& device, const QString& why);
-  void becameIdle();
 
  private:
   enum class Stage { kNone, kPreview, kFull, kSmooth };

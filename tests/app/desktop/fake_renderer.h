@@ -1,7 +1,6 @@
 // A renderer that fills the picture at once, or waits, or fails, as a test wants it.
 #pragma once
 
-#include <QObject>
 #include <QSize>
 #include <atomic>
 #include <chrono>
@@ -16,10 +15,9 @@
 
 namespace sherd {
 
-class FakeRendererLog : public QObject {
-  Q_OBJECT
-
+class FakeRendererLog {
  public:
+  std::atomic<int> holding{0};  // pictures that began to last until stopped
   std::atomic<int> cancelled{0};
   std::mutex gate;                                 // pictures begin when it can be taken
   std::atomic<QSize> hold_full_size{QSize(0, 0)};  // pictures of this size last until stopped
@@ -34,9 +32,6 @@ class FakeRendererLog : public QObject {
     const std::lock_guard lock(mutex_);
     supersamples_.push_back(settings.supersample);
   }
-
- Q_SIGNALS:
-  void holding();
 
  private:
   mutable std::mutex mutex_;
@@ -56,7 +51,7 @@ class FakeRenderer : public Renderer {
     }
     if (!log_->fail_with.empty()) throw Error(log_->fail_with);
     if (log_->hold_full_size.load() == QSize(camera.width, camera.height)) {
-      Q_EMIT log_->holding();
+      ++log_->holding;
       while (!control.stopped()) std::this_thread::yield();
       ++log_->cancelled;
       throw Cancelled();

@@ -4,9 +4,8 @@
 
 #include <QCoreApplication>
 #include <QSignalSpy>
+#include <QTest>
 #include <atomic>
-#include <chrono>
-#include <thread>
 #include <vector>
 
 #include "metaball/error.h"
@@ -23,6 +22,11 @@ RenderRequest RequestFor(const std::shared_ptr<const Level>& level, int width = 
   request.level = level;
   request.camera = Camera::LookAt({0, -3, 0}, {0, 0, 0}, {0, 0, 1}, 0.9, width, height);
   return request;
+}
+
+// Everything the worker has emitted by then is in the spies: it becomes idle after that.
+bool WaitUntilIdle(const RenderQueue& queue) {
+  return QTest::qWaitFor([&queue] { return queue.isIdle(); }, kWaitMs);
 }
 
 class RenderQueueTest : public testing::Test {
@@ -54,10 +58,9 @@ TEST(PreviewCost, ChoosesTheFinestThatIsInTime) {
 TEST_F(RenderQueueTest, PreviewThenFullResolution) {
   RenderQueue queue(FakeRendererFactory(log_));
   QSignalSpy views(&queue, &RenderQueue::viewRendered);
-  QSignalSpy idle(&queue, &RenderQueue::becameIdle);
   const int pane = queue.addPane();
   queue.request(pane, RequestFor(level_));
-  ASSERT_TRUE(idle.wait(kWaitMs));
+  ASSERT_TRUE(WaitUntilIdle(queue));
   ASSERT_EQ(views.size(), 2);
   const auto view = [&](int i) { return views[i][1].value<std::shared_ptr<const RenderedView>>(); };
   EXPECT_EQ(view(0)->divisor, 4);
@@ -69,19 +72,18 @@ TEST_F(RenderQueueTest, PreviewThenFullResolution) {
   EXPECT_TRUE(queue.isIdle());
   // Now that a full picture is known to be quick, no preview is needed.
   queue.request(pane, RequestFor(level_));
-  ASSERT_TRUE(idle.wait(kWaitMs));
+  ASSERT_TRUE(WaitUntilIdle(queue));
   ASSERT_EQ(views.size(), 3);
   EXPECT_TRUE(view(2)->final);
 }
 
 TEST_F(RenderQueueTest, SmoothingComesLast) {
   RenderQueue queue(FakeRendererFactory(log_));
-  QSignalSpy idle(&queue, &RenderQueue::becameIdle);
   const int pane = queue.addPane();
   RenderRequest request = RequestFor(level_);
   request.final_supersample = 3;
   queue.request(pane, request);
-  ASSERT_TRUE(idle.wait(kWaitMs));
+  ASSERT_TRUE(WaitUntilIdle(queue));
   EXPECT_EQ(log_->supersamples(), (std::vector<int>{1, 1, 3}));
 }
 
@@ -89,15 +91,13 @@ TEST_F(RenderQueueTest, ANewViewStopsARefinement) {
   log_->hold_full_size = {64, 48};  // full pictures wait until they are stopped
   RenderQueue queue(FakeRendererFactory(log_));
   QSignalSpy views(&queue, &RenderQueue::viewRendered);
-  QSignalSpy held(log_.get(), &FakeRendererLog::holding);
   const int pane = queue.addPane();
   queue.request(pane, RequestFor(level_));
-  ASSERT_TRUE(held.count() > 0 || held.wait(kWaitMs));
+  ASSERT_TRUE(QTest::qWaitFor([this] { return log_->holding > 0; }, kWaitMs));
   EXPECT_EQ(log_->cancelled.load(), 0);
   log_->hold_full_size = {0, 0};
-  QSignalSpy idle(&queue, &RenderQueue::becameIdle);
   queue.request(pane, RequestFor(level_));
-  ASSERT_TRUE(idle.wait(kWaitMs));
+  ASSERT_TRUE(WaitUntilIdle(queue));
   EXPECT_EQ(log_->cancelled.load(), 1);
   EXPECT_TRUE(views.last()[1].value<std::shared_ptr<const RenderedView>>()->final);
 }
@@ -107,11 +107,10 @@ TEST_F(RenderQueueTest, PanesTakeTurnsAndTheActiveOneIsRefinedFirst) {
   const int a = queue.addPane(), b = queue.addPane(), c = queue.addPane();
   queue.setActivePane(b);
   QSignalSpy views(&queue, &RenderQueue::viewRendered);
-  QSignalSpy idle(&queue, &RenderQueue::becameIdle);
   log_->gate.lock();  // nothing is drawn before all three have asked
   for (const int pane : {a, b, c}) queue.request(pane, RequestFor(level_));
   log_->gate.unlock();
-  ASSERT_TRUE(idle.wait(kWaitMs));
+  ASSERT_TRUE(WaitUntilIdle(queue));
   std::vector<int> previews, full;
   for (const auto& call : views) {
     const auto view = call[1].value<std::shared_ptr<const RenderedView>>();
@@ -127,16 +126,15 @@ TEST_F(RenderQueueTest, AFailureIsReportedOnceAndTheNextRequestWorks) {
   log_->fail_with = "the camera is wrong";
   RenderQueue queue(FakeRendererFactory(log_));
   QSignalSpy failed(&queue, &RenderQueue::renderFailed);
-  QSignalSpy idle(&queue, &RenderQueue::becameIdle);
   const int pane = queue.addPane();
   queue.request(pane, RequestFor(level_));
-  ASSERT_TRUE(idle.wait(kWaitMs));
+  ASSERT_TRUE(WaitUntilIdle(queue));
   ASSERT_EQ(failed.size(), 1);
   EXPECT_EQ(failed[0][1].toString(), QStringLiteral("the camera is wrong"));
   log_->fail_with.clear();
   QSignalSpy views(&queue, &RenderQueue::viewRendered);
   queue.request(pane, RequestFor(level_));
-  ASSERT_TRUE(idle.wait(kWaitMs));
+  ASSERT_TRUE(WaitUntilIdle(queue));
   EXPECT_FALSE(views.isEmpty());
 }
 
@@ -146,9 +144,8 @@ TEST_F(RenderQueueTest, ALostGpuIsReplacedByTheCpu) {
   QSignalSpy device(&queue, &RenderQueue::deviceChosen);
   QSignalSpy views(&queue, &RenderQueue::viewRendered);
   QSignalSpy failed(&queue, &RenderQueue::renderFailed);
-  QSignalSpy idle(&queue, &RenderQueue::becameIdle);
   queue.request(queue.addPane(), RequestFor(level_));
-  ASSERT_TRUE(idle.wait(kWaitMs));
+  ASSERT_TRUE(WaitUntilIdle(queue));
   EXPECT_TRUE(failed.isEmpty());
   EXPECT_FALSE(views.isEmpty());
   ASSERT_FALSE(device.isEmpty());
@@ -160,9 +157,8 @@ TEST_F(RenderQueueTest, EndsWhileDrawing) {
   log_->hold_full_size = {64, 48};
   {
     RenderQueue queue(FakeRendererFactory(log_));
-    QSignalSpy held(log_.get(), &FakeRendererLog::holding);
     queue.request(queue.addPane(), RequestFor(level_));
-    ASSERT_TRUE(held.count() > 0 || held.wait(kWaitMs));
+    ASSERT_TRUE(QTest::qWaitFor([this] { return log_->holding > 0; }, kWaitMs));
   }
   EXPECT_EQ(log_->cancelled.load(), 1);
 }
