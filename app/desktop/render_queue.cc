@@ -144,9 +144,10 @@ bool RenderQueue::isIdle() const {
   });
 }
 
-int RenderQueue::previewsWaiting() const {
+// Panes that share the time of one round: those that wait and those that had their turn lately.
+int RenderQueue::panesThatMove() const {
   return static_cast<int>(std::count_if(panes_.begin(), panes_.end(), [](const auto& entry) {
-    return entry.second.request && entry.second.done == Stage::kNone;
+    return entry.second.request && (entry.second.done == Stage::kNone || entry.second.served > 0);
   }));
 }
 
@@ -163,9 +164,9 @@ bool RenderQueue::nextTask(Task* task) {
     const Pane& other = panes_.at(best);
     if (pane.done != other.done) {
       if (pane.done < other.done) best = id;
-    } else if (pane.done == Stage::kNone && pane.turns != other.turns) {
+    } else if (pane.done == Stage::kNone && pane.served != other.served) {
       // Everybody in turn, or the pane under the mouse would leave the linked ones behind.
-      if (pane.turns < other.turns) best = id;
+      if (pane.served < other.served) best = id;
     } else if (order(id) < order(best)) {
       best = id;
     }
@@ -179,9 +180,8 @@ bool RenderQueue::nextTask(Task* task) {
   if (pane.done == Stage::kNone) {
     const Camera& camera = pane.request->camera;
     const std::uint64_t pixels = static_cast<std::uint64_t>(camera.width) * camera.height;
-    task->divisor = pane.cost.DivisorFor(pixels, kPreviewSeconds / previewsWaiting());
+    task->divisor = pane.cost.DivisorFor(pixels, kPreviewSeconds / panesThatMove());
     task->stage = task->divisor == 1 ? Stage::kFull : Stage::kPreview;
-    ++pane.turns;
   } else {
     task->stage = pane.done == Stage::kPreview ? Stage::kFull : Stage::kSmooth;
   }
@@ -193,7 +193,7 @@ void RenderQueue::run(const std::stop_token& stop) {
   while (!stop.stop_requested()) {
     Task task;
     if (!nextTask(&task)) {
-      for (auto& [id, pane] : panes_) pane.turns = 0;
+      for (auto& [id, pane] : panes_) pane.served = 0;
       wake_.wait(lock, stop, [this] {
         Task waiting;
         return nextTask(&waiting);
@@ -201,6 +201,7 @@ void RenderQueue::run(const std::stop_token& stop) {
       continue;
     }
     running_ = task;
+    if (panes_.at(task.pane).done == Stage::kNone) panes_.at(task.pane).served = ++clock_;
     running_since_.start();
     running_stop_ = std::stop_source();
     const bool start_over = std::exchange(renderers_stale_, false);

@@ -105,7 +105,7 @@ class RenderQueue : public QObject {
     std::uint64_t version = 0;
     Stage done = Stage::kNone;
     Stage goal = Stage::kNone;
-    std::uint64_t turns = 0;  // previews drawn since the queue was last idle
+    std::uint64_t served = 0;  // when its last preview began; 0: not since the queue was idle
     PreviewCost cost;
   };
   struct Task {
@@ -118,7 +118,7 @@ class RenderQueue : public QObject {
 
   void run(const std::stop_token& stop);
   bool nextTask(Task* task);
-  int previewsWaiting() const;
+  int panesThatMove() const;
   void serve(const Task& task);
   std::shared_ptr<RenderedView> draw(const Task& task, const Control& control);
   Renderer& rendererFor(int pane);
@@ -130,6 +130,7 @@ class RenderQueue : public QObject {
   std::map<int, Pane> panes_;
   int next_pane_ = 0;
   int active_pane_ = -1;
+  std::uint64_t clock_ = 0;  // counts previews
   Task running_;
   QElapsedTimer running_since_;
   std::stop_source running_stop_;

@@ -1,6 +1,7 @@
 #include "app/desktop/side_panels.h"
 
 #include <QCheckBox>
+#include <QCollator>
 #include <QGridLayout>
 #include <QHBoxLayout>
 #include <QLabel>
@@ -8,9 +9,11 @@
 #include <QListWidget>
 #include <QSlider>
 #include <QVBoxLayout>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "app/desktop/theme.h"
 #include "app/desktop/value_slider.h"
@@ -19,6 +22,21 @@ namespace sherd {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
+
+// As people sort names: IMG_9 before IMG_10.
+std::vector<std::size_t> byName(const Survey& survey) {
+  QCollator collator;
+  collator.setNumericMode(true);
+  std::vector<QCollatorSortKey> keys;
+  std::vector<std::size_t> order;
+  for (const Photograph& photograph : survey.photographs) {
+    order.push_back(keys.size());
+    keys.push_back(collator.sortKey(QString::fromStdString(photograph.name)));
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return keys[a] < keys[b]; });
+  return order;
+}
 
 }  // namespace
 
@@ -137,9 +155,8 @@ PhotographPanel::PhotographPanel(QWidget* parent) : QWidget(parent) {
   layout->addWidget(count_);
   layout->addLayout(over);
   connect(filter_, &QLineEdit::textChanged, this, &PhotographPanel::filter);
-  connect(list_, &QListWidget::currentRowChanged, this, [this](int row) {
-    if (row >= 0) Q_EMIT photographChosen(static_cast<std::size_t>(row));
-  });
+  connect(list_, &QListWidget::currentItemChanged, this,
+          [this](const QListWidgetItem* item) { choose(item); });
   connect(opacity_, &QSlider::valueChanged, this,
           [this](int value) { Q_EMIT opacityChanged(value / 100.0); });
 }
@@ -151,8 +168,10 @@ void PhotographPanel::setSurvey(std::shared_ptr<const Survey> survey) {
   count_->clear();
   if (!survey_) return;
   std::size_t found = 0;
-  for (const Photograph& photograph : survey_->photographs) {
+  for (const std::size_t photo_idx : byName(*survey_)) {
+    const Photograph& photograph = survey_->photographs[photo_idx];
     auto* item = new QListWidgetItem(QString::fromStdString(photograph.name), list_);
+    item->setData(Qt::UserRole, static_cast<qulonglong>(photo_idx));
     if (photograph.path.empty()) {
       item->setForeground(theme::kDim);
       item->setToolTip(tr("The file was not found; its camera is known"));
@@ -176,10 +195,14 @@ void PhotographPanel::step(int by) {
     if (!list_->item(row)->isHidden()) break;
   }
   if (row == list_->currentRow()) {
-    Q_EMIT photographChosen(static_cast<std::size_t>(row));
+    choose(list_->item(row));
   } else {
     list_->setCurrentRow(row);
   }
+}
+
+void PhotographPanel::choose(const QListWidgetItem* item) {
+  if (item) Q_EMIT photographChosen(item->data(Qt::UserRole).toULongLong());
 }
 
 void PhotographPanel::filter(const QString& text) {

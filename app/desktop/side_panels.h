@@ -12,6 +12,7 @@ class QCheckBox;
 class QLabel;
 class QLineEdit;
 class QListWidget;
+class QListWidgetItem;
 class QSlider;
 
 namespace sherd {
@@ -61,6 +62,7 @@ class PhotographPanel : public QWidget {
   void opacityChanged(double opacity);
 
  private:
+  void choose(const QListWidgetItem* item);
   void filter(const QString& text);
 
   std::shared_ptr<const Survey> survey_;

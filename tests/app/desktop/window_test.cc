@@ -146,7 +146,9 @@ void WindowTest::cleanup() {
 }
 
 void WindowTest::keep(QWidget* widget, const QString& name) {
-  const QString path = QStringLiteral(SHERD_OUTPUT_DIR "/%1.png").arg(name);
+  const double ratio = widget->devicePixelRatioF();
+  const QString scale = ratio == 1.0 ? QString() : QStringLiteral("_at_%1x").arg(ratio);
+  const QString path = QStringLiteral(SHERD_OUTPUT_DIR "/%1%2.png").arg(name, scale);
   QVERIFY(widget->grab().save(path));
 }
 
