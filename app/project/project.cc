@@ -128,18 +128,16 @@ std::shared_ptr<const Survey> Project::LoadSurveyFromCache(const Control& contro
   survey->up = up_;
   survey->warnings = import_.warnings;
 
-  std::vector<Photograph> lost;
-  std::vector<std::size_t> lost_idx;
-  for (std::size_t i = 0; i < survey->photographs.size(); ++i) {
-    Photograph& photograph = survey->photographs[i];
-    if (!photograph.path.empty()) photograph.path = Resolve(photograph.path);
-    if (photograph.path.empty() || !fs::exists(photograph.path, error)) {
-      photograph.path.clear();
-      lost.push_back(photograph);
-      lost_idx.push_back(i);
+  bool all_there = true;
+  for (Photograph& photograph : survey->photographs) {
+    for (std::string* file : {&photograph.path, &photograph.original_path}) {
+      if (file->empty()) continue;
+      *file = Resolve(*file);
+      if (!fs::exists(*file, error)) file->clear();
     }
+    all_there = all_there && !photograph.path.empty();
   }
-  if (!lost.empty()) {
+  if (!all_there) {
     const fs::path project_folder = Folder();
     const fs::path source = import_.source;
     std::vector<std::string> folders;
@@ -148,10 +146,7 @@ std::shared_ptr<const Survey> Project::LoadSurveyFromCache(const Control& contro
          {fs::path(import_.photo_folder), source / "images", source, project_folder / "images"}) {
       if (!folder.empty() && fs::is_directory(folder, error)) folders.push_back(folder.string());
     }
-    FindPhotographs(folders, &lost);
-    for (std::size_t i = 0; i < lost.size(); ++i) {
-      survey->photographs[lost_idx[i]].path = lost[i].path;
-    }
+    RelocatePhotographs(folders, survey.get());
   }
   return survey;
 }

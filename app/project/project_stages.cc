@@ -161,11 +161,13 @@ Project ImportSurvey(const ImportOptions& options, const std::string& project_pa
   summary.has_visibility = !survey.points.photo_begin.empty();
   summary.warnings = survey.warnings;
   for (Photograph& photograph : survey.photographs) {
-    if (photograph.path.empty()) continue;
-    ++summary.photographs_found;
-    const fs::path absolute = fs::absolute(photograph.path, error).lexically_normal();
-    photograph.path = absolute.lexically_relative(project_folder).string();
-    if (photograph.path.empty()) photograph.path = absolute.string();
+    if (!photograph.path.empty()) ++summary.photographs_found;
+    for (std::string* file : {&photograph.path, &photograph.original_path}) {
+      if (file->empty()) continue;
+      const fs::path absolute = fs::absolute(*file, error).lexically_normal();
+      *file = absolute.lexically_relative(project_folder).string();
+      if (file->empty()) *file = absolute.string();
+    }
   }
 
   control.Report("writing the project", 0.9);

@@ -1,5 +1,6 @@
 #include "app/project/survey_file.h"
 
+#include <cmath>
 #include <limits>
 
 #include "app/project/checked_file.h"
@@ -81,6 +82,8 @@ void WriteRecords(const Survey& survey, CheckedWriter* out) {
     }
     out->Text(photograph.name);
     out->Text(photograph.path);
+    out->Text(photograph.original_path);
+    out->Value(photograph.original_camera_idx);
   }
 }
 
@@ -104,7 +107,7 @@ void ReadRecords(CheckedReader* in, Survey* survey) {
     in->Array(count, &camera.parameters, {});
   }
   const auto photographs = in->Value<std::uint32_t>();
-  in->Expect(photographs, 72);
+  in->Expect(photographs, 80);
   survey->photographs.resize(photographs);
   for (Photograph& photograph : survey->photographs) {
     photograph.image_id = in->Value<std::uint32_t>();
@@ -120,6 +123,12 @@ void ReadRecords(CheckedReader* in, Survey* survey) {
     }
     photograph.name = in->Text();
     photograph.path = in->Text();
+    photograph.original_path = in->Text();
+    photograph.original_camera_idx = in->Value<std::uint32_t>();
+    if (photograph.original_camera_idx >= cameras) {
+      in->Fail("has an original photograph of camera " +
+               std::to_string(photograph.original_camera_idx) + " of " + std::to_string(cameras));
+    }
   }
 }
 
@@ -143,6 +152,7 @@ void WriteSurveyFile(const std::string& path, const Survey& survey, const Contro
   if (n > 0 && points.photo_begin.size() == n + 1) channels |= kPhotographs;
   out.Value(static_cast<std::uint64_t>(n));
   out.Value(channels);
+  out.Value(survey.dense_pixel_offset);
   out.Array(points.position);
   control.ThrowIfStopped();
   if (channels & kColor) out.Array(points.color);
@@ -167,6 +177,8 @@ Survey ReadSurveyFile(const std::string& path, const Control& control) {
   const auto n = in.Value<std::uint64_t>();
   const auto channels = in.Value<std::uint32_t>();
   survey.dense = channels & kDense;
+  survey.dense_pixel_offset = in.Value<double>();
+  if (!std::isfinite(survey.dense_pixel_offset)) in.Fail("has a pixel offset that is not finite");
   in.Array(n, &points.position, control);
   if (channels & kColor) in.Array(n, &points.color, control);
   if (channels & kNormal) in.Array(n, &points.normal, control);
