@@ -222,6 +222,8 @@ PictureWriter::PictureWriter(const std::string& path, int width, int height,
     spec.attribute("jpeg:subsampling", "4:4:4");
   }
   if (format == Format::kTiff) spec.attribute("compression", "zip");
+  // zlib's default takes twice as long for a sixteenth less.
+  if (format == Format::kPng) spec.attribute("png:compressionLevel", 4);
   AddMetadata(options, format, &spec);
   *impl_ = {path, options, format, width, height, channels, 0, nullptr};
   impl_->file = std::make_unique<PictureFile>(path, OiioName(format), spec);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -199,6 +200,14 @@ TEST_F(CliWorkflow, DevicesNamesBothBackends) {
   const bool cuda = found["backends"][1]["available"];
   EXPECT_EQ(found["auto"], cuda ? "cuda" : "cpu");
   EXPECT_EQ(found["backends"][1]["reason"].is_null(), cuda);
+}
+
+TEST_F(CliWorkflow, LinksNoQt) {
+  const std::string list = Path("ldd");
+  ASSERT_EQ(std::system(("ldd '" SHERD_PROGRAM "' >'" + list + "'").c_str()), 0);
+  const std::string libraries = testing::ReadText(list);
+  EXPECT_THAT(libraries, HasSubstr("libOpenImageIO"));
+  EXPECT_THAT(libraries, ::testing::Not(HasSubstr("libQt")));
 }
 
 TEST_F(CliWorkflow, HelpHasExamplesForEveryCommand) {
