@@ -1,5 +1,6 @@
 #include "reconstruction/survey.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -25,15 +26,32 @@ std::size_t SurveyPoints::MemoryBytes() const {
 }
 
 std::optional<Vec3d> EstimateUp(const std::vector<Photograph>& photographs) {
+  if (photographs.empty()) return std::nullopt;
   Vec3d sum{};
+  Eigen::Matrix3d horizontal = Eigen::Matrix3d::Zero();
   for (const Photograph& photo : photographs) {
     sum += photo.cam_from_world.InverseRotate({0, -1, 0});
+    const Vec3d right = photo.cam_from_world.InverseRotate({1, 0, 0});
+    const Eigen::Vector3d r(right.x, right.y, right.z);
+    horizontal += r * r.transpose();
+  }
+  const auto n = static_cast<double>(photographs.size());
+  const Vec3d mean = sum / n;
+  // A photographer holds the camera level, however it is tilted up or down: the direction to which
+  // the pictures' horizontal axes are all perpendicular is the vertical. It is certain when those
+  // axes span a plane and leave it little.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(horizontal / n);
+  const Eigen::Vector3d spread = solver.eigenvalues();
+  if (spread(0) < 0.05 && spread(1) > 4 * spread(0) && spread(1) > 0.05) {
+    const Eigen::Vector3d v = solver.eigenvectors().col(0);
+    const Vec3d vertical{v(0), v(1), v(2)};
+    const double sense = Dot(vertical, mean);
+    if (std::abs(sense) > 0.2) return Normalized(sense > 0 ? vertical : -vertical);
   }
   // The length of the mean is 1 where all agree. Photographs taken in all directions around a
   // horizontal object still agree on what is up; below a third they say nothing.
-  const double agreement = photographs.empty() ? 0.0 : Length(sum) / photographs.size();
-  if (!(agreement > 1.0 / 3.0)) return std::nullopt;
-  return Normalized(sum);
+  if (!(Length(mean) > 1.0 / 3.0)) return std::nullopt;
+  return Normalized(mean);
 }
 
 Box3d RobustBounds(const std::vector<Vec3d>& points, double share) {

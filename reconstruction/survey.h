@@ -73,8 +73,9 @@ struct Survey {
   std::vector<std::string> warnings;
 };
 
-// The mean upward direction of the photographs (their -y axes), unit; nullopt without photographs
-// or where they disagree so much that the mean says nothing.
+// The upward direction, unit: perpendicular to the photographs' horizontal axes where these span a
+// plane (cameras are held level but tilted), else the mean of their -y axes; nullopt without
+// photographs or where they disagree so much that neither says anything.
 std::optional<Vec3d> EstimateUp(const std::vector<Photograph>& photographs);
 
 // The box that holds the central `share` of the points on each axis, widened by a tenth: what to

@@ -48,9 +48,11 @@ std::optional<SheetLayout> BestGrid(int width, int height, int panels, double su
     const std::optional<SheetLayout> s = Grid(width, height, panels, columns);
     if (!s) continue;
     // How large the subject appears. Levels are compared best side by side: at about the same size
-    // the wider grid wins.
+    // the wider grid wins. Empty places in the last row look like something missing: they must buy
+    // a subject half as large again.
     const double w = std::min<double>(s->panel_width, s->panel_height * aspect);
-    const double area = w * w / aspect * (1 + 0.08 * columns / panels);
+    const bool full = s->columns * s->rows == panels;
+    const double area = w * w / aspect * (1 + 0.08 * columns / panels) * (full ? 1.5 : 1.0);
     if (area > best_area) {
       best_area = area;
       best = s;

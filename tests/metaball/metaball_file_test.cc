@@ -16,7 +16,10 @@ namespace fs = std::filesystem;
 class MetaballFileTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::path(::testing::TempDir()) / "sherd_metaball_file_test";
+    // A folder for each test: ctest runs them side by side.
+    folder_ = fs::path(::testing::TempDir()) /
+              (std::string("sherd_metaball_file_") +
+               ::testing::UnitTest::GetInstance()->current_test_info()->name());
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     path_ = (folder_ / "cloud.metaballs").string();

@@ -43,6 +43,25 @@ TEST(Survey, UpIsTheMeanOfThePhotographs) {
   EXPECT_FALSE(EstimateUp(photos));
 }
 
+TEST(Survey, UpIsVerticalForTiltedAndOverheadPhotographs) {
+  // Turned about the vertical y axis, then tilted down: by 30 degrees from the side, by 90 from
+  // above.
+  std::vector<Photograph> photos(12);
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    const Rigid3d turned = test::PoseAt({0, 0, 0}, 0.5 * static_cast<double>(i));
+    const double tilt = (i % 3 ? 30.0 : 90.0) * std::acos(-1.0) / 180;
+    const double w = std::cos(tilt / 2), x = std::sin(tilt / 2);
+    Rigid3d& pose = photos[i].cam_from_world;  // a rotation by `tilt` about x after `turned`
+    pose.qw = w * turned.qw - x * turned.qx;
+    pose.qx = w * turned.qx + x * turned.qw;
+    pose.qy = w * turned.qy - x * turned.qz;
+    pose.qz = w * turned.qz + x * turned.qy;
+  }
+  const auto up = EstimateUp(photos);
+  ASSERT_TRUE(up);
+  EXPECT_NEAR(up->y, -1, 1e-9);
+}
+
 TEST(Survey, RobustBoundsIgnoreStrays) {
   std::vector<Vec3d> points;
   for (int i = 0; i <= 1000; ++i) points.push_back({i * 0.001 + 5e6, -i * 0.002, 7});
