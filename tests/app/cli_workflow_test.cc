@@ -1,6 +1,7 @@
 // The fixed forms of the command line from a workspace to a sheet.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -25,7 +26,8 @@ using testing::RunSherd;
 class CliWorkflow : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = ::testing::TempDir() + "sherd_app_cli_workflow";
+    // ctest runs every test of the suite in a process of its own, side by side.
+    folder_ = ::testing::TempDir() + "sherd_app_cli_workflow_" + std::to_string(getpid());
     fs::remove_all(folder_);
     fs::create_directories(folder_);
     testing::WriteWorkspace(folder_ + "/ws", 4900);

@@ -17,7 +17,9 @@ namespace fs = std::filesystem;
 using Counts = std::vector<std::uint64_t>;
 
 fs::path Folder() {
-  const fs::path folder = fs::path(testing::TempDir()) / "sherd_desktop_document_test";
+  const fs::path folder = fs::path(testing::TempDir()) /
+                          (std::string("sherd_desktop_document_") +
+                           testing::UnitTest::GetInstance()->current_test_info()->name());
   fs::create_directories(folder);
   return folder;
 }
