@@ -130,10 +130,10 @@ std::shared_ptr<const Survey> Project::LoadSurveyFromCache(const Control& contro
 
   bool all_there = true;
   for (Photograph& photograph : survey->photographs) {
-    for (std::string* file : {&photograph.path, &photograph.original_path}) {
-      if (file->empty()) continue;
-      *file = Resolve(*file);
-      if (!fs::exists(*file, error)) file->clear();
+    for (std::string* picture : {&photograph.path, &photograph.original_path}) {
+      if (picture->empty()) continue;
+      *picture = Resolve(*picture);
+      if (!fs::exists(*picture, error)) picture->clear();
     }
     all_there = all_there && !photograph.path.empty();
   }
