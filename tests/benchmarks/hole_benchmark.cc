@@ -4,8 +4,9 @@
 //   sherd_hole_benchmark PROJECT.sherd --level 63k [--seed 1] [--max-side 800] [--json FILE]
 //
 // A pixel counts where the truth has a surface that at least one other photograph sees as well (no
-// reconstruction can hold what only one photograph saw). It is missed when the render shows nothing
-// there, or something more than `--through` metres behind the true surface.
+// reconstruction can hold what only one photograph saw), inside the surveyed area. It is missed
+// when the render shows nothing there, or something more than `--through` metres behind the true
+// surface.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <fstream>
@@ -21,6 +22,8 @@
 
 namespace sherd {
 namespace {
+
+constexpr int kOutsideTheSurvey = 6;  // TruthHit::object_id of ground the dense cloud leaves out
 
 struct Options {
   std::string project, level = "63k", json;
@@ -62,7 +65,7 @@ Counts CountHoles(const Excavation& truth, const std::vector<Camera>& cameras, s
     for (int x = 0; x < camera.width; ++x) {
       const RayD ray = RayThrough(camera, x + 0.5, static_cast<double>(y) + 0.5);
       TruthHit hit;
-      if (!truth.Intersect(ray, &hit)) continue;
+      if (!truth.Intersect(ray, &hit) || hit.object_id == kOutsideTheSurvey) continue;
       const Vec3d point = ray.origin + ray.direction * hit.distance;
       if (!SeenByAnother(truth, cameras, own, point, hit.normal)) continue;
       ++rows[y].visible;
