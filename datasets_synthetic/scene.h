@@ -38,8 +38,8 @@ class TrenchScene {
   int ObjectOf(const SceneHit& hit) const;
   Surface SurfaceAt(const SceneHit& hit, double footprint_m) const;
 
-  // Sky light and sun at every vertex of the mesh, with about `rays` rays each; before it everything
-  // lies in full light. Throws Cancelled.
+  // Sky light and sun at every vertex of the mesh, with about `rays` rays each; before it
+  // everything lies in full light. Throws Cancelled.
   void BakeLight(int rays, int threads, const Control& control);
   // Linear radiance towards any side (all surfaces are matt), of a square of `footprint_m`; 1 is
   // the brightest a photograph holds.
