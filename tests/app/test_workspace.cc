@@ -1,6 +1,7 @@
 #include "tests/app/test_workspace.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +9,8 @@
 #include <fstream>
 #include <numbers>
 #include <sstream>
+#include <system_error>
+#include <vector>
 
 #include "app/project/picture.h"
 #include "metaball/color.h"
@@ -75,9 +78,19 @@ std::string FreshFolder(const std::string& name) {
   }
   // Parametrized tests have slashes in their names.
   std::replace(folder.begin(), folder.end(), '/', '_');
-  folder = ::testing::TempDir() + "sherd_app_" + folder;
+  // ctest runs tests side by side, each in a process of its own.
+  folder = ::testing::TempDir() + "sherd_app_" + std::to_string(getpid()) + "_" + folder;
   fs::remove_all(folder);
   fs::create_directories(folder);
+  // Removed when the process ends, not when the test does: a suite's set-up makes folders too.
+  static struct Folders {
+    std::vector<std::string> made;
+    ~Folders() {
+      std::error_code error;
+      for (const std::string& path : made) fs::remove_all(path, error);
+    }
+  } folders;
+  folders.made.push_back(folder);
   return folder;
 }
 
