@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kLargestSide = 32000;     // cairo's image surfaces end at 32767
 constexpr double kSmallestUnit = 0.62;  // the smallest type is 12 units: 7.4 pixels
-constexpr double kFigureWidth = 98;     // units a figure under a panel needs
+constexpr double kFigureWidth = 112;    // units a figure under a panel needs
 constexpr double kSmallestPanel = 150;  // pixels, both sides
 
 std::optional<SheetLayout> Grid(int width, int height, int panels, int columns) {
