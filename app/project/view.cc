@@ -86,11 +86,11 @@ std::vector<Vec3d> SubjectOf(const ViewContext& context) {
   return corners;
 }
 
-// The share of the subject that may lie outside on each side: none of eight corners, a few of
-// a sample.
+// The extremes but for a few of a large sample, which may be strays: a share so small that a corner
+// of the survey stays inside.
 double Quantile(std::vector<double>* values, double share) {
   const std::size_t n = values->size();
-  const std::size_t cut = n / 500;
+  const std::size_t cut = n / 4000;
   const std::size_t k = share > 0.5 ? n - 1 - cut : cut;
   std::nth_element(values->begin(), values->begin() + static_cast<std::ptrdiff_t>(k),
                    values->end());
