@@ -55,22 +55,23 @@ class NearestDepths {
   }
 
   void Add(double x, double y, double depth) {
-    double* const cell = Cell(x, y);
-    if (cell) *cell = std::min(*cell, depth);
+    int column, row;
+    if (!Locate(x, y, &column, &row)) return;
+    double& nearest = nearest_[IndexOf(column, row)];
+    nearest = std::min(nearest, depth);
   }
 
   // The nearest depth in the cell of (x, y) and those around it; infinite where the cell itself, or
   // most of its surroundings, hold no point: there the photograph says nothing.
   double Around(double x, double y) const {
-    if (!const_cast<NearestDepths*>(this)->Cell(x, y)) return kNothing;
-    const int column = static_cast<int>(x / width_ * columns_);
-    const int row = static_cast<int>(y / height_ * rows_);
-    if (nearest_[static_cast<std::size_t>(row) * columns_ + column] == kNothing) return kNothing;
+    int column, row;
+    if (!Locate(x, y, &column, &row)) return kNothing;
+    if (nearest_[IndexOf(column, row)] == kNothing) return kNothing;
     double nearest = kNothing;
     int filled = 0;
     for (int r = std::max(0, row - 1); r <= std::min(rows_ - 1, row + 1); ++r) {
       for (int c = std::max(0, column - 1); c <= std::min(columns_ - 1, column + 1); ++c) {
-        const double depth = nearest_[static_cast<std::size_t>(r) * columns_ + c];
+        const double depth = nearest_[IndexOf(c, r)];
         filled += depth < kNothing;
         nearest = std::min(nearest, depth);
       }
@@ -81,11 +82,15 @@ class NearestDepths {
   static constexpr double kNothing = std::numeric_limits<double>::infinity();
 
  private:
-  double* Cell(double x, double y) {
-    if (!(x >= 0 && y >= 0 && x < width_ && y < height_)) return nullptr;
-    const int column = static_cast<int>(x / width_ * columns_);
-    const int row = static_cast<int>(y / height_ * rows_);
-    return &nearest_[static_cast<std::size_t>(row) * columns_ + column];
+  // The cell that holds (x, y); false outside the picture.
+  bool Locate(double x, double y, int* column, int* row) const {
+    if (!(x >= 0 && y >= 0 && x < width_ && y < height_)) return false;
+    *column = static_cast<int>(x / width_ * columns_);
+    *row = static_cast<int>(y / height_ * rows_);
+    return true;
+  }
+  std::size_t IndexOf(int column, int row) const {
+    return static_cast<std::size_t>(row) * columns_ + column;
   }
 
   double width_, height_;
