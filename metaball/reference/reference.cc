@@ -6,51 +6,173 @@
 
 #include "metaball/local_view.h"
 #include "metaball/parallel.h"
+#include "metaball/reference/reference_density.h"
 
 namespace sherd {
 namespace {
 
-struct Interval {
-  double lo = 0.0, hi = 0.0;
-};
-
-// One metaball's density along a ray: (h - s^2)^2 with s = (t - b) / r, where that base is
-// positive.
+// One metaball along a ray. x, its distance from the centre in radii, is sqrt(across2 + s^2) with
+// s = (t - b) / r.
 struct AlongRay {
-  double b, r, h;
-  double enter, exit;
+  double b, r, across2, threshold;
+  double enter, exit;  // of the support
   std::uint32_t idx;
 
-  double Value(double t) const {
-    const double s = (t - b) / r;
-    const double q = h - s * s;
-    return q > 0 ? q * q : 0.0;
-  }
-  // The base h - s^2 over [t0, t1].
-  Interval Base(double t0, double t1) const {
+  double DistanceAt(double t) const { return std::sqrt(across2 + Square((t - b) / r)); }
+  // x over [t0, t1].
+  Interval Distances(double t0, double t1) const {
     const double s0 = (t0 - b) / r, s1 = (t1 - b) / r;
-    const double far = std::max(s0 * s0, s1 * s1);
     const double near = s0 <= 0 && s1 >= 0 ? 0.0 : std::min(s0 * s0, s1 * s1);
-    return {std::max(0.0, h - far), std::max(0.0, h - near)};
+    return {std::sqrt(across2 + near), std::sqrt(across2 + std::max(s0 * s0, s1 * s1))};
   }
-  // dF/dt = -4 q s / r over [t0, t1].
-  Interval Slope(double t0, double t1) const {
-    const Interval q = Base(t0, t1);
-    const double s0 = (t0 - b) / r, s1 = (t1 - b) / r;
-    const double corners[] = {q.lo * s0, q.lo * s1, q.hi * s0, q.hi * s1};
-    const auto [lo, hi] = std::minmax_element(std::begin(corners), std::end(corners));
-    return {-4 * *hi / r, -4 * *lo / r};
+  // dx/dt = s / (x r) over [t0, t1]: it never falls.
+  Interval DistanceSlopes(double t0, double t1) const {
+    const double x0 = DistanceAt(t0), x1 = DistanceAt(t1);
+    return {(x0 > 0 ? (t0 - b) / (r * x0) : -1.0) / r, (x1 > 0 ? (t1 - b) / (r * x1) : 1.0) / r};
   }
+
+  static double Square(double v) { return v * v; }
+};
+
+Interval Product(const Interval& a, const Interval& b) {
+  const double corners[] = {a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi};
+  const auto [lo, hi] = std::minmax_element(std::begin(corners), std::end(corners));
+  return {*lo, *hi};
+}
+Interval Sum(const Interval& a, const Interval& b) { return {a.lo + b.lo, a.hi + b.hi}; }
+Interval Scaled(const Interval& a, double k) {
+  return k >= 0 ? Interval{a.lo * k, a.hi * k} : Interval{a.hi * k, a.lo * k};
+}
+
+// The surface's function along a ray, F >= 0 inside (ThresholdMode), from the metaballs `mine` that
+// hold the interval asked about.
+class FieldOnRay {
+ public:
+  FieldOnRay(const std::vector<AlongRay>& along, const ReferenceDensity& density,
+             ThresholdMode mode, double threshold)
+      : along_(along), density_(density), mode_(mode), threshold_(threshold) {}
+
+  using Members = std::vector<std::uint32_t>;
+
+  double Value(double t, const Members& mine) const {
+    double a = 0, b = 0, largest = -INFINITY;
+    for (const std::uint32_t k : mine) {
+      const double f = density_.Value(along_[k].DistanceAt(t));
+      a += f;
+      b += f * along_[k].threshold;
+      largest = std::max(largest, f - along_[k].threshold);
+    }
+    switch (mode_) {
+      case ThresholdMode::kUniform:
+        return a - threshold_;
+      case ThresholdMode::kBlended:
+        return a > 0 ? a - b / a : -INFINITY;
+      case ThresholdMode::kSummed:
+        return mine.empty() ? -INFINITY : a - SumOfThresholds(mine);
+      case ThresholdMode::kGated:
+        return largest;
+    }
+    return -INFINITY;
+  }
+
+  struct Bounds {
+    double natural = 0.0;  // F's upper bound
+    Interval slope;        // of F; infinite where none is known
+  };
+  Bounds Over(double t0, double t1, const Members& mine) const {
+    Interval a, b, a_slope, b_slope, member_slope{INFINITY, -INFINITY};
+    double lowest = INFINITY, largest = -INFINITY;
+    for (const std::uint32_t k : mine) {
+      const AlongRay& m = along_[k];
+      const Interval x = m.Distances(t0, t1);
+      const Interval f = density_.ValueRange(x.lo, x.hi);
+      const Interval df = Product(density_.SlopeRange(x.lo, x.hi), m.DistanceSlopes(t0, t1));
+      a = Sum(a, f);
+      b = Sum(b, Scaled(f, m.threshold));
+      a_slope = Sum(a_slope, df);
+      b_slope = Sum(b_slope, Scaled(df, m.threshold));
+      member_slope = {std::min(member_slope.lo, df.lo), std::max(member_slope.hi, df.hi)};
+      lowest = std::min(lowest, m.threshold);
+      largest = std::max(largest, f.hi - m.threshold);
+    }
+    switch (mode_) {
+      case ThresholdMode::kUniform:
+        return {a.hi - threshold_, a_slope};
+      case ThresholdMode::kSummed:
+        return {a.hi - SumOfThresholds(mine), a_slope};
+      case ThresholdMode::kGated:
+        return {largest, member_slope};
+      case ThresholdMode::kBlended:
+        break;
+    }
+    // F = A - B / A, F' = A' (1 + B / A^2) - B' / A; the blend of thresholds is at least the
+    // lowest.
+    if (!(a.lo > 0)) return {a.hi - lowest, {-INFINITY, INFINITY}};
+    const double natural = std::min(a.hi - lowest, a.hi - b.lo / a.hi);
+    const Interval inverse{1 / a.hi, 1 / a.lo};
+    const Interval ratio = Product(b, Product(inverse, inverse));
+    const Interval slope =
+        Sum(Product(a_slope, {1 + ratio.lo, 1 + ratio.hi}), Scaled(Product(b_slope, inverse), -1));
+    return {natural, slope};
+  }
+
+  // F's upper bound where supports may also begin and end inside the interval.
+  double UpperOver(double t0, double t1, const Members& mine) const {
+    double a = 0, lowest = INFINITY, largest = -INFINITY;
+    for (const std::uint32_t k : mine) {
+      const Interval x = along_[k].Distances(t0, t1);
+      const double f = std::max(0.0, density_.ValueRange(x.lo, x.hi).hi);
+      a += f;
+      lowest = std::min(lowest, along_[k].threshold);
+      largest = std::max(largest, f - along_[k].threshold);
+    }
+    switch (mode_) {
+      case ThresholdMode::kUniform:
+        return a - threshold_;
+      case ThresholdMode::kGated:
+        return largest;
+      default:
+        return a - lowest;
+    }
+  }
+
+ private:
+  double SumOfThresholds(const Members& mine) const {
+    double sum = 0;
+    for (const std::uint32_t k : mine) sum += along_[k].threshold;
+    return sum;
+  }
+
+  const std::vector<AlongRay>& along_;
+  const ReferenceDensity& density_;
+  ThresholdMode mode_;
+  double threshold_;
 };
 
 class FirstCrossing {
  public:
-  FirstCrossing(const std::vector<AlongRay>& along, double threshold)
-      : along_(along), threshold_(threshold) {}
+  FirstCrossing(const std::vector<AlongRay>& along, const FieldOnRay& field, double threshold)
+      : along_(along), field_(field), margin_(threshold * kReferenceGrazing) {}
 
-  // Finds the first t in [t0, t1] with F >= threshold. `active` are the metaballs that meet it.
-  bool Find(double t0, double t1, const std::vector<std::uint32_t>& active, int depth) {
-    std::vector<std::uint32_t> mine;
+  // Finds the first t with F >= 0 in the pieces cuts[i]..cuts[j], where supports begin and end only
+  // at cuts. Many pieces at once are passed over where their upper bound allows it.
+  bool FindInPieces(const std::vector<double>& cuts, std::size_t i, std::size_t j,
+                    const FieldOnRay::Members& active) {
+    if (j - i == 1) return Find(cuts[i], cuts[j], active, 0);
+    FieldOnRay::Members mine;
+    mine.reserve(active.size());
+    for (const std::uint32_t k : active) {
+      if (along_[k].enter < cuts[j] && along_[k].exit > cuts[i]) mine.push_back(k);
+    }
+    if (mine.empty() || Below(field_.UpperOver(cuts[i], cuts[j], mine))) return false;
+    const std::size_t middle = (i + j) / 2;
+    return FindInPieces(cuts, i, middle, mine) || FindInPieces(cuts, middle, j, mine);
+  }
+
+  // Finds the first t in [t0, t1], one piece or a part of it, with F >= 0. `active` holds the
+  // metaballs that meet it.
+  bool Find(double t0, double t1, const FieldOnRay::Members& active, int depth) {
+    FieldOnRay::Members mine;
     mine.reserve(active.size());
     double smallest = INFINITY;
     for (const std::uint32_t k : active) {
@@ -61,28 +183,14 @@ class FirstCrossing {
     }
     if (mine.empty()) return false;
     const double width = t1 - t0, middle = 0.5 * (t0 + t1);
-    double natural = 0.0, at_middle = 0.0;
-    Interval slope;
-    for (const std::uint32_t k : mine) {
-      const double q = along_[k].Base(t0, t1).hi;
-      natural += q * q;
-      at_middle += along_[k].Value(middle);
-      const Interval d = along_[k].Slope(t0, t1);
-      slope.lo += d.lo;
-      slope.hi += d.hi;
-    }
-    const double steepest = std::max(std::abs(slope.lo), std::abs(slope.hi));
-    const double upper = std::min(natural, at_middle + 0.5 * width * steepest);
-    if (upper < threshold_) {
-      if (upper > threshold_ * (1 - kReferenceGrazing)) grazing_ = true;
-      return false;
-    }
+    const FieldOnRay::Bounds bounds = field_.Over(t0, t1, mine);
+    const double steepest = std::max(std::abs(bounds.slope.lo), std::abs(bounds.slope.hi));
+    const double by_slope = field_.Value(middle, mine) + 0.5 * width * steepest;
+    if (Below(by_slope < bounds.natural ? by_slope : bounds.natural)) return false;
     // Rising throughout: one crossing at most, by bisection.
-    if (slope.lo > 0) return Bisect(t0, t1, mine);
+    if (bounds.slope.lo > 0) return Bisect(t0, t1, mine);
     if (depth >= kMaxDepth || width < 1e-9 * smallest) {
-      double at_end = 0.0;
-      for (const std::uint32_t k : mine) at_end += along_[k].Value(t1);
-      if (at_end >= threshold_) return Bisect(t0, t1, mine);
+      if (field_.Value(t1, mine) >= 0) return Bisect(t0, t1, mine);
       grazing_ = true;
       return false;
     }
@@ -95,61 +203,81 @@ class FirstCrossing {
  private:
   static constexpr int kMaxDepth = 200;
 
-  double Field(double t, const std::vector<std::uint32_t>& active) const {
-    double sum = 0.0;
-    for (const std::uint32_t k : active) sum += along_[k].Value(t);
-    return sum;
+  // Whether an upper bound of F rules a crossing out; notes where it does so barely.
+  bool Below(double upper) {
+    if (upper < 0 && upper > -margin_) grazing_ = true;
+    return upper < 0;
   }
 
-  bool Bisect(double t0, double t1, const std::vector<std::uint32_t>& active) {
-    if (Field(t1, active) < threshold_) {
-      if (Field(t1, active) > threshold_ * (1 - kReferenceGrazing)) grazing_ = true;
+  bool Bisect(double t0, double t1, const FieldOnRay::Members& mine) {
+    const double at_end = field_.Value(t1, mine);
+    if (at_end < 0) {
+      if (at_end > -margin_) grazing_ = true;
       return false;
     }
-    if (Field(t0, active) >= threshold_) {
+    if (field_.Value(t0, mine) >= 0) {
       crossing_ = t0;
       return true;
     }
     for (int i = 0; i < 200; ++i) {
       const double middle = 0.5 * (t0 + t1);
       if (middle <= t0 || middle >= t1) break;
-      (Field(middle, active) >= threshold_ ? t1 : t0) = middle;
+      (field_.Value(middle, mine) >= 0 ? t1 : t0) = middle;
     }
     crossing_ = t1;
     return true;
   }
 
   const std::vector<AlongRay>& along_;
-  double threshold_;
+  const FieldOnRay& field_;
+  double margin_;
   double crossing_ = 0.0;
   bool grazing_ = false;
 };
 
-ReferenceHit Shaded(const Scene& scene, const RayD& ray, double depth,
-                    const std::vector<AlongRay>& along) {
+double ThresholdOf(const Scene& scene, std::size_t i) {
+  const bool own = scene.surface.mode != ThresholdMode::kUniform && !scene.cloud->threshold.empty();
+  return own ? scene.cloud->threshold[i] : scene.surface.threshold;
+}
+
+ReferenceHit Shaded(const Scene& scene, const ReferenceDensity& density, const RayD& ray,
+                    double depth, const std::vector<AlongRay>& along) {
   const Cloud& cloud = *scene.cloud;
+  const ThresholdMode mode = scene.surface.mode;
   ReferenceHit hit;
   hit.hit = true;
   hit.depth = depth;
   hit.smallest_radius = INFINITY;
   const Vec3d point = ray.origin + ray.direction * depth;
-  double weight = 0, strongest = 0;
-  Vec3d color{}, outward{};
+  double weight = 0, strongest = -INFINITY, highest = -INFINITY;
+  Vec3d color{}, outward{}, outward_of_thresholds{};
   for (const AlongRay& a : along) {
     const Vec3d offset = point - cloud.center[a.idx].cast<double>();
-    const double q = 1 - Dot(offset, offset) / (a.r * a.r);
-    if (!(q > 0)) continue;
-    const double f = q * q;
-    weight += f;
-    color += LinearFromRgb8(cloud.ColorOf(a.idx)).cast<double>() * f;
-    outward += offset * (q / (a.r * a.r));
-    hit.smallest_radius = std::min(hit.smallest_radius, a.r);
+    const double x = Length(offset) / a.r;
+    if (!(x < density.support())) continue;
+    const double f = density.Value(x);
+    hit.smallest_radius = std::min(hit.smallest_radius, a.r * density.support());
+    if (mode == ThresholdMode::kGated) {  // the metaball whose sphere this is, alone
+      if (!(f - a.threshold > highest)) continue;
+      highest = f - a.threshold;
+      weight = 0;
+      strongest = -INFINITY;
+      color = outward = {};
+    }
+    weight += std::max(f, 0.0);
+    color += LinearFromRgb8(cloud.ColorOf(a.idx)).cast<double>() * std::max(f, 0.0);
+    const double pull = x > 0 ? -density.Slope(x) / (x * a.r * a.r) : 0.0;
+    outward += offset * pull;
+    outward_of_thresholds += offset * (pull * a.threshold);
     if (f > strongest) {
       strongest = f;
       hit.id = static_cast<std::int32_t>(a.idx);
     }
   }
   if (weight > 0) color = color / weight;
+  if (mode == ThresholdMode::kBlended) {  // grad (A - B / A) where it is 0
+    outward = outward * (2 * weight) - outward_of_thresholds;
+  }
   hit.normal = Normalized(outward, -ray.direction);
   hit.color = color;
   const Lighting& light = scene.lighting;
@@ -162,28 +290,30 @@ ReferenceHit Shaded(const Scene& scene, const RayD& ray, double depth,
   return hit;
 }
 
-ReferenceHit TraceCandidates(const Scene& scene, const RayD& ray,
+ReferenceHit TraceCandidates(const Scene& scene, const ReferenceDensity& density, const RayD& ray,
                              const std::vector<std::uint32_t>& candidates) {
   const Cloud& cloud = *scene.cloud;
   std::vector<AlongRay> along;
-  double begin = INFINITY, end = 0;
+  double begin = INFINITY, end = 0, lowest = INFINITY;
   for (const std::uint32_t i : candidates) {
     const Vec3d to_center = cloud.center[i].cast<double>() - ray.origin;
     const double r = cloud.RadiusOf(i) * scene.surface.radius_scale;
     const double b = Dot(to_center, ray.direction);
     const Vec3d across = to_center - ray.direction * b;
-    const double h = 1 - Dot(across, across) / (r * r);
-    if (!(h > 0)) continue;
-    const double half = std::sqrt(h) * r;
+    const double across2 = Dot(across, across) / (r * r);
+    const double chord2 = density.support() * density.support() - across2;
+    if (!(chord2 > 0)) continue;
+    const double half = std::sqrt(chord2) * r;
     if (!(b + half > 0)) continue;
-    along.push_back({b, r, h, b - half, b + half, i});
+    along.push_back({b, r, across2, ThresholdOf(scene, i), b - half, b + half, i});
     begin = std::min(begin, b - half);
     end = std::max(end, b + half);
+    lowest = std::min(lowest, along.back().threshold);
   }
   if (along.empty()) return {};
   begin = std::max(begin, 0.0);
 
-  // Pieces between the supports' ends: inside one, F is a single polynomial.
+  // Pieces between the supports' ends: inside one, the same metaballs form the field throughout.
   std::vector<double> cuts{begin, end};
   for (const AlongRay& a : along) {
     if (a.enter > begin) cuts.push_back(a.enter);
@@ -191,26 +321,23 @@ ReferenceHit TraceCandidates(const Scene& scene, const RayD& ray,
   }
   std::sort(cuts.begin(), cuts.end());
   cuts.erase(std::unique(cuts.begin(), cuts.end()), cuts.end());
-  std::vector<std::uint32_t> all(along.size());
+  FieldOnRay::Members all(along.size());
   std::iota(all.begin(), all.end(), 0u);
-  FirstCrossing crossing(along, scene.surface.threshold);
-  for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
-    if (crossing.Find(cuts[i], cuts[i + 1], all, 0)) {
-      ReferenceHit hit = Shaded(scene, ray, crossing.crossing(), along);
-      hit.grazing = crossing.grazing();
-      return hit;
-    }
+  const FieldOnRay field(along, density, scene.surface.mode, scene.surface.threshold);
+  FirstCrossing crossing(along, field, lowest);
+  ReferenceHit hit;
+  if (cuts.size() > 1 && crossing.FindInPieces(cuts, 0, cuts.size() - 1, all)) {
+    hit = Shaded(scene, density, ray, crossing.crossing(), along);
   }
-  ReferenceHit miss;
-  miss.grazing = crossing.grazing();
-  return miss;
+  hit.grazing = crossing.grazing();
+  return hit;
 }
 
 // Metaballs that some ray of the block of pixels [x0, x1) x [y0, y1) may meet: those within the
 // block's own spread of its middle ray. Rays of a perspective block leave the eye within an angle a
 // of the middle one, so at distance t they are at most t sin(a) from it.
-std::vector<std::uint32_t> BlockCandidates(const Scene& scene, const Camera& local, int x0, int y0,
-                                           int x1, int y1) {
+std::vector<std::uint32_t> BlockCandidates(const Scene& scene, double support, const Camera& local,
+                                           int x0, int y0, int x1, int y1) {
   const RayD axis = RayThrough(local, 0.5 * (x0 + x1), 0.5 * (y0 + y1));
   double sine = 0, shift = 0;
   for (const int x : {x0, x1}) {
@@ -224,7 +351,7 @@ std::vector<std::uint32_t> BlockCandidates(const Scene& scene, const Camera& loc
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t i = 0; i < cloud.size(); ++i) {
     const Vec3d v = cloud.center[i].cast<double>() - axis.origin;
-    const double r = cloud.RadiusOf(i) * scene.surface.radius_scale;
+    const double r = cloud.RadiusOf(i) * scene.surface.radius_scale * support;
     const double reach = 1.000001 * (r + shift + (Length(v) + r) * sine);
     const Vec3d across = Cross(v, axis.direction);
     if (Dot(across, across) <= reach * reach) candidates.push_back(i);
@@ -235,12 +362,12 @@ std::vector<std::uint32_t> BlockCandidates(const Scene& scene, const Camera& loc
 }  // namespace
 
 double ReferenceField(const Scene& scene, const Vec3d& point_in_local) {
+  const ReferenceDensity density(scene.surface.density);
   double sum = 0;
   for (std::size_t i = 0; i < scene.cloud->size(); ++i) {
     const Vec3d offset = point_in_local - scene.cloud->center[i].cast<double>();
     const double r = scene.cloud->RadiusOf(i) * scene.surface.radius_scale;
-    const double q = 1 - Dot(offset, offset) / (r * r);
-    if (q > 0) sum += q * q;
+    sum += density.Value(Length(offset) / r);
   }
   return sum;
 }
@@ -248,13 +375,14 @@ double ReferenceField(const Scene& scene, const Vec3d& point_in_local) {
 ReferenceHit ReferenceTrace(const Scene& scene, const RayD& local_ray) {
   std::vector<std::uint32_t> all(scene.cloud->size());
   std::iota(all.begin(), all.end(), 0u);
-  return TraceCandidates(scene, local_ray, all);
+  return TraceCandidates(scene, ReferenceDensity(scene.surface.density), local_ray, all);
 }
 
 ReferenceFrame ReferenceRender(const Scene& scene, const Camera& camera, int threads,
                                const Control& control) {
   constexpr int kBlock = 16;
   const Camera local = LocalCamera(camera, scene.cloud->frame);
+  const ReferenceDensity density(scene.surface.density);
   ReferenceFrame frame;
   frame.width = camera.width;
   frame.height = camera.height;
@@ -267,11 +395,11 @@ ReferenceFrame ReferenceRender(const Scene& scene, const Camera& camera, int thr
     const int y0 = static_cast<int>(block / columns) * kBlock;
     const int x1 = std::min(x0 + kBlock, camera.width);
     const int y1 = std::min(y0 + kBlock, camera.height);
-    const auto candidates = BlockCandidates(scene, local, x0, y0, x1, y1);
+    const auto candidates = BlockCandidates(scene, density.support(), local, x0, y0, x1, y1);
     for (int y = y0; y < y1; ++y) {
       for (int x = x0; x < x1; ++x) {
         frame.pixels[static_cast<std::size_t>(y) * camera.width + x] =
-            TraceCandidates(scene, RayThrough(local, x + 0.5, y + 0.5), candidates);
+            TraceCandidates(scene, density, RayThrough(local, x + 0.5, y + 0.5), candidates);
       }
     }
   });

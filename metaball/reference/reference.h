@@ -22,7 +22,7 @@ struct ReferenceHit {
   // programs with rounding may rightly differ here.
   bool grazing = false;
   double depth = 0.0;            // local units along the ray; 0 when the ray starts inside
-  double smallest_radius = 0.0;  // of the metaballs that form the surface at the hit, local units
+  double smallest_radius = 0.0;  // of the supports that hold the hit, local units
   Vec3d normal{};                // unit, towards the outside
   Vec3d color{};                 // blended and lit, linear
   std::int32_t id = -1;          // the metaball with the largest density
@@ -31,7 +31,7 @@ struct ReferenceHit {
 // Relative to the threshold.
 inline constexpr double kReferenceGrazing = 1e-6;
 
-// F at a point in local units, the sum over every metaball in order.
+// The sum of the densities at a point in local units, over every metaball in order.
 double ReferenceField(const Scene& scene, const Vec3d& point_in_local);
 
 // The first crossing along a ray in local units.
