@@ -1,0 +1,161 @@
+#include <algorithm>
+#include <atomic>
+#include <utility>
+#include <vector>
+
+#include "metaball/error.h"
+#include "metaball/local_view.h"
+#include "metaball/methods/frame_work.h"
+#include "metaball/methods/hit_pixel.h"
+#include "metaball/methods/ray_method.h"
+#include "metaball/parallel.h"
+#include "metaball/supersample.h"
+#include "metaball/tile_binning.h"
+
+namespace sherd {
+namespace {
+
+class RayMethodRenderer final : public Renderer {
+ public:
+  RayMethodRenderer(std::string name, std::unique_ptr<RayMethod> method)
+      : name_(std::move(name)), method_(std::move(method)) {}
+
+  std::string backend() const override { return "cpu"; }
+  std::string device() const override { return DeviceFor(0); }
+
+  Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
+               const Control& control) override {
+    CheckRenderInput(scene, camera, settings);
+    const MethodSurface surface = MethodSurfaceOf(scene);
+    const ResolvedDensity& density = surface.density.resolved;
+    method_->Prepare(surface);
+    if (settings.supersample > 1) {
+      return RenderSupersampled(this, scene, camera, settings, control);
+    }
+    const Stopwatch total;
+    Frame frame = MakeFrame(camera, settings.planes);
+    frame.stats.backend = backend();
+    frame.stats.device = DeviceFor(settings.threads);
+    const Cloud& cloud = *scene.cloud;
+    frame.stats.metaballs = cloud.size();
+    frame.stats.rays = frame.color.size();
+    if (!cloud.empty()) {
+      TraceJob job;
+      job.cloud = &cloud;
+      job.camera = LocalCamera(camera, cloud.frame);
+      job.bins = &bins_;
+      job.light = PrepareLight(scene.lighting);
+      job.shape = density.shape;
+      job.mode = surface.mode;
+      job.threshold = surface.threshold;
+      job.radius_scale = scene.surface.radius_scale * density.support;
+      job.frame = &frame;
+      const Stopwatch bin;
+      bins_.Build(cloud, static_cast<float>(job.radius_scale), ViewOf(job.camera), settings.threads,
+                  control);
+      frame.stats.seconds_bin = bin.Seconds();
+      frame.stats.metaballs_in_view = bins_.metaballs_in_view();
+      frame.stats.tile_entries = bins_.entries();
+      frame.stats.bytes = bins_.MemoryBytes();
+      const Stopwatch trace;
+      Trace(job, surface, settings.threads, control);
+      frame.stats.seconds_trace = trace.Seconds();
+    }
+    frame.stats.seconds_total = total.Seconds();
+    return frame;
+  }
+
+ private:
+  std::string DeviceFor(int threads) const {
+    const int count = ThreadCount(threads);
+    return std::to_string(count) + (count == 1 ? " thread, " : " threads, ") + name_;
+  }
+
+  void Trace(const TraceJob& job, const MethodSurface& surface, int threads,
+             const Control& control) const {
+    struct alignas(64) Worker {
+      TraceCounts counts;
+      RayField field;
+    };
+    Frame& frame = *job.frame;
+    std::vector<Worker> workers(ThreadCount(threads));
+    const int tiles = bins_.tiles_x() * bins_.tiles_y();
+    std::atomic<int> done{0};
+    ParallelFor(tiles, threads, [&](std::int64_t tile, int worker_idx) {
+      Worker& worker = workers[worker_idx];
+      const TileList list = job.ListOf(static_cast<int>(tile));
+      const int x0 = static_cast<int>(tile) % bins_.tiles_x() * kTileSize;
+      const int y0 = static_cast<int>(tile) / bins_.tiles_x() * kTileSize;
+      const int y1 = list.count > 0 ? std::min(y0 + kTileSize, frame.height) : y0;
+      for (int y = y0; y < y1; ++y) {
+        control.ThrowIfStopped();
+        for (int x = x0; x < std::min(x0 + kTileSize, frame.width); ++x) {
+          const RayD ray = RayThrough(job.camera, x + 0.5, y + 0.5);
+          worker.field.Start(list, ray, surface);
+          const std::optional<double> depth =
+              method_->FirstCrossing(&worker.field, &worker.counts.rays);
+          if (!depth) continue;
+          ++worker.counts.hits;
+          if (*depth == 0) ++worker.counts.rays.started_inside;
+          WriteHit(*job.cloud, job.light, ray, *depth,
+                   Gather(*job.cloud, worker.field, ray, *depth),
+                   static_cast<std::size_t>(y) * frame.width + x, &frame);
+        }
+      }
+      const int finished = ++done;
+      if (worker_idx == 0 && finished % 64 == 0) {
+        control.Report("tracing", static_cast<double>(finished) / tiles);
+      }
+    });
+    for (const Worker& worker : workers) AddCounts(worker.counts, &frame.stats);
+  }
+
+  static HitSums Gather(const Cloud& cloud, const RayField& field, const RayD& ray, double depth) {
+    const Vec3d point = ray.origin + ray.direction * depth;
+    const ThresholdMode mode = field.surface().mode;
+    HitSums sums;
+    Vec3d outward_of_thresholds{};
+    double highest = -INFINITY;
+    for (const RayMetaball& m : field.active()) {
+      const double u = m.At(depth);
+      if (!(u < 1)) continue;
+      // The gradient's direction.
+      const double slope = field.density().Slope(u) * m.inverse_radius * m.inverse_radius;
+      const Vec3d offset = point - cloud.center[m.idx].cast<double>();
+      const double f = field.density().Value(u);
+      if (mode == ThresholdMode::kGated) {  // the metaball whose sphere this is, alone
+        if (!(f - m.threshold > highest)) continue;
+        highest = f - m.threshold;
+        sums = {};
+      }
+      sums.Add(cloud, m.idx, f, offset * -slope);
+      outward_of_thresholds += offset * (-slope * m.threshold);
+    }
+    if (mode == ThresholdMode::kBlended) {  // grad (A - B / A) where it is 0, times A
+      sums.outward = sums.outward * (2 * sums.weight) - outward_of_thresholds;
+    }
+    return sums;
+  }
+
+  std::string name_;
+  std::unique_ptr<RayMethod> method_;
+  TileBins bins_;
+};
+
+}  // namespace
+
+std::unique_ptr<Renderer> MakeRayMethodRenderer(std::string name,
+                                                std::unique_ptr<RayMethod> method) {
+  return std::make_unique<RayMethodRenderer>(std::move(name), std::move(method));
+}
+
+double Bisect(const RayField& field, double t0, double t1, double width) {
+  while (t1 - t0 > width) {
+    const double middle = 0.5 * (t0 + t1);
+    if (!(middle > t0 && middle < t1)) break;
+    (field.Excess(middle) >= 0 ? t1 : t0) = middle;
+  }
+  return t1;
+}
+
+}  // namespace sherd
