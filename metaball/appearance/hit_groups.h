@@ -1,0 +1,30 @@
+// The surface points of a finished frame in groups of neighbours, for passes that cast rays from
+// them.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "metaball/camera.h"
+#include "metaball/control.h"
+#include "metaball/frame.h"
+#include "metaball/scene.h"
+#include "metaball/vec.h"
+
+namespace sherd {
+
+struct HitPoint {
+  std::size_t pixel = 0;
+  Vec3d position{};   // local units
+  double radius = 0;  // of the metaball there, local units
+};
+
+// Calls visit(group, worker) for groups of 1 to 64 hits that lie together both in the picture and
+// in space; every hit is in one group. The groups do not depend on the number of threads; the order
+// of the calls does. frame: with depth and id planes.
+void ForEachHitGroup(const Scene& scene, const Camera& camera, const Frame& frame, int threads,
+                     const Control& control,
+                     const std::function<void(const std::vector<HitPoint>&, int worker)>& visit);
+
+}  // namespace sherd

@@ -1,0 +1,129 @@
+#include "metaball/appearance/occlusion.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+
+#include "metaball/precision.h"
+
+namespace sherd {
+namespace {
+
+#define SHERD_FORMULA inline
+#include "metaball/appearance/beam-inl.h"
+#undef SHERD_FORMULA
+
+// Collects what one ray may meet.
+struct Collector {
+  const SupportTree& tree;
+  const Beam& beam;
+  std::vector<TileEntry>* found;
+
+  std::uint32_t Boxes(const SupportTree::Level& level, std::uint32_t first) const {
+    std::uint32_t met = 0;
+    for (std::uint32_t b = 0; b < SupportTree::kWidth; ++b) {
+      const std::uint32_t k = first + b;
+      met |= static_cast<std::uint32_t>(BeamMeetsBox(beam, level.min_x[k], level.min_y[k],
+                                                     level.min_z[k], level.max_x[k], level.max_y[k],
+                                                     level.max_z[k]))
+             << b;
+    }
+    return met;
+  }
+  void Metaballs(std::uint32_t first) const {
+    for (std::uint32_t k = first; k < first + SupportTree::kWidth; ++k) {
+      float front = 0, exit = 0;
+      if (!BeamMeetsSupport(beam, tree.x[k], tree.y[k], tree.z[k], tree.radius[k], &front, &exit)) {
+        continue;
+      }
+      found->push_back({tree.IndexOf(k), front});
+    }
+  }
+};
+
+// The usual case for each shape by itself; the rest, less often asked for, in doubles for any.
+TileHit MarchAny(const OcclusionJob& job, const TileList& list, const RayD& ray,
+                 RayCounts* counts) {
+  const AnyShape any{job.shape};
+  switch (job.mode) {
+    case ThresholdMode::kBlended:
+      return MarchTile<ThresholdMode::kBlended, double>(list, any, ray, counts);
+    case ThresholdMode::kSummed:
+      return MarchTile<ThresholdMode::kSummed, double>(list, any, ray, counts);
+    case ThresholdMode::kGated:
+      return MarchTile<ThresholdMode::kGated, double>(list, any, ray, counts);
+    case ThresholdMode::kUniform:
+      break;
+  }
+  if (job.double_precision) {
+    return MarchTile<ThresholdMode::kUniform, double>(list, any, ray, counts);
+  }
+  return WithShape(job.shape, [&](const auto& s) {
+    return MarchTile<ThresholdMode::kUniform, float>(list, s, ray, counts);
+  });
+}
+
+}  // namespace
+
+Vec3d FibonacciDirection(int k, int n) {
+  const double z = 1 - (2.0 * k + 1) / n;
+  const double around = std::sqrt(std::max(0.0, 1 - z * z));
+  const double angle = 2 * std::numbers::pi * k / std::numbers::phi;
+  return {around * std::cos(angle), around * std::sin(angle), z};
+}
+
+Occlusion::Occlusion(const Scene& scene, int threads)
+    : tree_(*scene.cloud,
+            scene.surface.radius_scale * ResolveDensity(scene.surface.density).support, threads) {
+  const Cloud& cloud = *scene.cloud;
+  const ResolvedDensity density = ResolveDensity(scene.surface.density);
+  job_.tree = &tree_;
+  job_.shape = density.shape;
+  job_.mode = scene.surface.mode;
+  job_.double_precision = HasWideRadii(cloud) || HasStiffThreshold(scene.surface);
+  TileList& list = job_.list;
+  list.center = cloud.center.data();
+  list.radius = cloud.radius.empty() ? nullptr : cloud.radius.data();
+  list.uniform_radius = cloud.uniform_radius;
+  list.radius_scale = scene.surface.radius_scale * density.support;
+  const bool own_threshold = job_.mode != ThresholdMode::kUniform && !cloud.threshold.empty();
+  list.threshold = own_threshold ? cloud.threshold.data() : nullptr;
+  list.uniform_threshold = scene.surface.threshold;
+  list.threshold_scale = 1.0 / density.amplitude;
+#ifdef SHERD_HAVE_HIGHWAY
+  packets_ = PacketCasterFor(job_);
+#endif
+}
+
+void Occlusion::Cast(const OcclusionRay* rays, int count, Scratch* scratch,
+                     std::uint8_t* occluded) const {
+  if (packets_) {
+    packets_(job_, rays, count, &scratch->counts, occluded);
+    return;
+  }
+  for (int i = 0; i < count; ++i) occluded[i] = CastOne(rays[i], scratch);
+}
+
+bool Occlusion::CastOne(const OcclusionRay& ray, Scratch* scratch) const {
+  const double length = ray.end - ray.begin;
+  if (!(length > 0)) return false;
+  const RayD from{ray.origin + ray.direction * ray.begin, ray.direction};
+  const Beam beam = tree_.BeamAlong(from.origin, from.direction, 0, 0, length);
+  std::vector<TileEntry>& entries = scratch->entries;
+  entries.clear();
+  Collector collector{tree_, beam, &entries};
+  WalkTree(tree_, &collector);
+  if (entries.empty()) return false;
+  // The list of a tile that only this ray passes, nearest first.
+  std::sort(entries.begin(), entries.end(), [](const TileEntry& a, const TileEntry& b) {
+    return a.front < b.front || (a.front == b.front && a.metaball < b.metaball);
+  });
+  TileList list = job_.list;
+  list.entry = entries.data();
+  list.count = static_cast<int>(entries.size());
+  const TileHit hit = MarchAny(job_, list, from, &scratch->counts);
+  return hit.hit && hit.depth <= length;
+}
+
+}  // namespace sherd

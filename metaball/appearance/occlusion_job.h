@@ -1,0 +1,42 @@
+// What the casters of shadow rays are given.
+#pragma once
+
+#include <cstdint>
+
+#include "metaball/appearance/support_tree.h"
+#include "metaball/density/model.h"
+#include "metaball/scene.h"
+#include "metaball/tile_march.h"
+#include "metaball/vec.h"
+
+namespace sherd {
+
+// The points origin + t direction with begin <= t <= end, local units. end may be infinite.
+struct OcclusionRay {
+  Vec3d origin{}, direction{};  // direction of unit length
+  double begin = 0, end = 0;
+};
+
+struct OcclusionJob {
+  const SupportTree* tree = nullptr;
+  TileList list;  // the whole cloud by index; no order and no fronts
+  DensityShape shape;
+  ThresholdMode mode = ThresholdMode::kUniform;
+  bool double_precision = false;  // floats cannot carry the scene (precision.h)
+};
+
+using OcclusionCaster = void (*)(const OcclusionJob& job, const OcclusionRay* rays, int count,
+                                 RayCounts* counts, std::uint8_t* occluded);
+
+// In packets of rays with the widest vectors this machine has (occlusion_packets-inl.h); not in the
+// core build, which is without Highway.
+void CastUniformPackets(const OcclusionJob& job, const OcclusionRay* rays, int count,
+                        RayCounts* counts, std::uint8_t* occluded);
+void CastUniformDoublePackets(const OcclusionJob& job, const OcclusionRay* rays, int count,
+                              RayCounts* counts, std::uint8_t* occluded);
+void CastBlendedPackets(const OcclusionJob& job, const OcclusionRay* rays, int count,
+                        RayCounts* counts, std::uint8_t* occluded);
+// The one for this job; null where there is none, as for PacketTracerFor (trace_job.h).
+OcclusionCaster PacketCasterFor(const OcclusionJob& job);
+
+}  // namespace sherd
