@@ -46,7 +46,16 @@ LocalFrame LocalFrame::ForBox(const Vec3d& min, const Vec3d& max) {
 }
 
 std::size_t Cloud::MemoryBytes() const {
-  return BytesOf(center) + BytesOf(radius) + BytesOf(color);
+  std::size_t bytes = BytesOf(center) + BytesOf(radius) + BytesOf(color) + BytesOf(threshold);
+  for (const Channel& channel : channels) bytes += channel.MemoryBytes();
+  return bytes;
+}
+
+const Channel* Cloud::FindChannel(std::string_view name) const {
+  for (const Channel& channel : channels) {
+    if (channel.name() == name) return &channel;
+  }
+  return nullptr;
 }
 
 Box3f Cloud::CenterBox() const {
@@ -64,15 +73,20 @@ void Cloud::Validate(const std::string& source) const {
   if (!(frame.unit > 0) || !std::isfinite(frame.unit) || !IsFinite(frame.origin)) {
     throw InputError(source, "", "the cloud's frame is not finite");
   }
-  if (!radius.empty() && radius.size() != size()) {
+  const auto check_size = [&](std::size_t values, const std::string& what) {
+    if (values == size()) return;
     throw InputError(source, "",
-                     "there are " + std::to_string(radius.size()) + " radii for " +
+                     "there are " + std::to_string(values) + " " + what + " for " +
                          std::to_string(size()) + " metaballs");
-  }
-  if (!color.empty() && color.size() != size()) {
-    throw InputError(source, "",
-                     "there are " + std::to_string(color.size()) + " colours for " +
-                         std::to_string(size()) + " metaballs");
+  };
+  if (!radius.empty()) check_size(radius.size(), "radii");
+  if (!color.empty()) check_size(color.size(), "colours");
+  if (!threshold.empty()) check_size(threshold.size(), "thresholds");
+  for (const Channel& channel : channels) {
+    check_size(channel.size(), "values of channel '" + channel.name() + "'");
+    if (FindChannel(channel.name()) != &channel) {
+      throw InputError(source, "", "there are two channels named '" + channel.name() + "'");
+    }
   }
   if (size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max())) {
     throw InputError(source, "", "a cloud holds at most 2147483647 metaballs");
@@ -83,16 +97,22 @@ void Cloud::Validate(const std::string& source) const {
     if (!(r > 0) || !std::isfinite(r)) {
       throw InputError(source, metaball(i), "the radius must be positive and finite");
     }
+    if (!threshold.empty() && (!(threshold[i] > 0) || !std::isfinite(threshold[i]))) {
+      throw InputError(source, metaball(i), "the threshold must be positive and finite");
+    }
   }
 }
 
 Cloud BuildCloud(const CloudInput& input, CloudReport* report, std::vector<std::uint32_t>* order) {
   const std::size_t n = input.center.size();
-  if (!input.radius.empty() && input.radius.size() != n) {
-    throw Error("BuildCloud: as many radii as centres are needed, or none");
-  }
-  if (!input.color.empty() && input.color.size() != n) {
-    throw Error("BuildCloud: as many colours as centres are needed, or none");
+  const auto check_size = [&](std::size_t values, const std::string& what) {
+    if (values != n) throw Error("BuildCloud: as many " + what + " as centres are needed, or none");
+  };
+  if (!input.radius.empty()) check_size(input.radius.size(), "radii");
+  if (!input.color.empty()) check_size(input.color.size(), "colours");
+  if (!input.threshold.empty()) check_size(input.threshold.size(), "thresholds");
+  for (const Channel& channel : input.channels) {
+    check_size(channel.size(), "values of channel '" + channel.name() + "'");
   }
   if (n > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max())) {
     throw Error("a cloud holds at most 2147483647 metaballs");
@@ -111,6 +131,11 @@ Cloud BuildCloud(const CloudInput& input, CloudReport* report, std::vector<std::
     }
     if (!(r > 0)) {
       ++counts.dropped_radius;
+      continue;
+    }
+    if (!input.threshold.empty() &&
+        (!(input.threshold[i] > 0) || !std::isfinite(input.threshold[i]))) {
+      ++counts.dropped_threshold;
       continue;
     }
     kept.emplace_back(0, static_cast<std::uint32_t>(i));
@@ -138,16 +163,22 @@ Cloud BuildCloud(const CloudInput& input, CloudReport* report, std::vector<std::
   if (own_radius) cloud.radius.reserve(kept.size());
   if (!input.color.empty()) cloud.color.reserve(kept.size());
   if (!own_radius && !kept.empty()) cloud.uniform_radius = local_radius(input.uniform_radius);
-  if (order) {
-    order->clear();
-    order->reserve(kept.size());
-  }
+  if (!input.threshold.empty()) cloud.threshold.reserve(kept.size());
+  std::vector<std::uint32_t> input_idx;
+  input_idx.reserve(kept.size());
   for (const auto& [key, i] : kept) {
     cloud.center.push_back(cloud.frame.LocalFromWorld(input.center[i]).cast<float>());
     if (own_radius) cloud.radius.push_back(local_radius(input.radius[i]));
     if (!input.color.empty()) cloud.color.push_back(input.color[i]);
-    if (order) order->push_back(i);
+    if (!input.threshold.empty()) {
+      cloud.threshold.push_back(static_cast<float>(input.threshold[i]));
+    }
+    input_idx.push_back(i);
   }
+  for (const Channel& channel : input.channels) {
+    cloud.channels.push_back(channel.Reordered(input_idx));
+  }
+  if (order) *order = std::move(input_idx);
   if (report) *report = counts;
   return cloud;
 }

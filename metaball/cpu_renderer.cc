@@ -3,12 +3,15 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "metaball/appearance/deferred.h"
 #include "metaball/error.h"
 #include "metaball/local_view.h"
 #include "metaball/parallel.h"
+#include "metaball/precision.h"
 #include "metaball/supersample.h"
 #include "metaball/trace_job.h"
 
@@ -34,6 +37,9 @@ class CpuRenderer final : public Renderer {
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
+    if (NeedsDeferredPasses(scene)) {
+      return RenderDeferred(this, scene, camera, settings, control);
+    }
     CheckRenderInput(scene, camera, settings);
     if (settings.supersample > 1) {
       return RenderSupersampled(this, scene, camera, settings, control);
@@ -43,6 +49,8 @@ class CpuRenderer final : public Renderer {
     frame.stats.backend = backend();
     frame.stats.device = DeviceFor(settings.threads);
     const Cloud& cloud = *scene.cloud;
+    std::optional<SurfaceGather> gather;
+    if (settings.planes.NeedGather()) gather.emplace(cloud, scene.surface, settings.planes, &frame);
     frame.stats.metaballs = cloud.size();
     frame.stats.rays = frame.color.size();
     if (cloud.empty()) {
@@ -55,12 +63,19 @@ class CpuRenderer final : public Renderer {
     job.camera = LocalCamera(camera, cloud.frame);
     job.bins = &bins_;
     job.light = PrepareLight(scene.lighting);
-    job.threshold = static_cast<float>(scene.surface.threshold);
-    job.radius_scale = static_cast<float>(scene.surface.radius_scale);
+    const ResolvedDensity density = ResolveDensity(scene.surface.density);
+    job.shape = density.shape;
+    job.mode = scene.surface.mode;
+    job.threshold = scene.surface.threshold;
+    job.threshold_scale = 1.0 / density.amplitude;
+    job.radius_scale = scene.surface.radius_scale * density.support;
+    job.double_precision = HasWideRadii(cloud) || HasStiffThreshold(scene.surface);
     job.frame = &frame;
+    job.gather = gather ? &*gather : nullptr;
 
     const Stopwatch bin;
-    bins_.Build(cloud, job.radius_scale, ViewOf(job.camera), settings.threads, control);
+    bins_.Build(cloud, static_cast<float>(job.radius_scale), ViewOf(job.camera), settings.threads,
+                control);
     frame.stats.seconds_bin = bin.Seconds();
     frame.stats.metaballs_in_view = bins_.metaballs_in_view();
     frame.stats.tile_entries = bins_.entries();
@@ -83,11 +98,19 @@ class CpuRenderer final : public Renderer {
     return name + "scalar";
   }
 
-  void Trace(const TraceJob& job, int threads, const Control& control, RenderStats* stats) const {
-    auto* trace_tile = &TraceTileScalar;
+  TileTracer TracerFor(const TraceJob& job) const {
 #ifdef SHERD_HAVE_HIGHWAY
-    if (path_ == CpuPath::kBest) trace_tile = &TraceTilePackets;
+    if (path_ == CpuPath::kBest) {
+      if (const TileTracer packets = PacketTracerFor(job)) return packets;
+    }
 #endif
+    return ScalarTracerFor(job);
+  }
+
+  void Trace(const TraceJob& job, int threads, const Control& control, RenderStats* stats) const {
+    TraceJob in_doubles = job;
+    in_doubles.double_precision = true;
+    const TileTracer trace_tile = TracerFor(job), trace_in_doubles = TracerFor(in_doubles);
     // A cache line of its own for each worker's counts.
     struct alignas(64) WorkerCounts : TraceCounts {};
     std::vector<WorkerCounts> counts(ThreadCount(threads));
@@ -96,7 +119,15 @@ class CpuRenderer final : public Renderer {
     ParallelFor(tiles, threads, [&](std::int64_t tile, int worker) {
       control.ThrowIfStopped();
       if (job.bins->count(static_cast<int>(tile)) > 0) {
+        const TraceCounts before = counts[worker];
         trace_tile(job, static_cast<int>(tile), &counts[worker]);
+        if (counts[worker].rays.crowded > 0) {
+          static_cast<TraceCounts&>(counts[worker]) = before;
+          const int x0 = static_cast<int>(tile) % job.bins->tiles_x() * kTileSize;
+          const int y0 = static_cast<int>(tile) / job.bins->tiles_x() * kTileSize;
+          job.frame->Clear(x0, y0, x0 + kTileSize, y0 + kTileSize);
+          trace_in_doubles(in_doubles, static_cast<int>(tile), &counts[worker]);
+        }
       }
       const int finished = ++done;
       if (control.progress && worker == 0 && finished % 64 == 0) {

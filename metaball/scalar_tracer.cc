@@ -1,10 +1,14 @@
 #include <algorithm>
+#include <type_traits>
+#include <vector>
 
 #include "metaball/trace_job.h"
 
 namespace sherd {
+namespace {
 
-void TraceTileScalar(const TraceJob& job, int tile, TraceCounts* counts) {
+template <ThresholdMode kMode, class Real, class Shape>
+void TraceTile(const TraceJob& job, int tile, TraceCounts* counts, const Shape& shape) {
   const TileList list = job.ListOf(tile);
   Frame& frame = *job.frame;
   const int x0 = tile % job.bins->tiles_x() * kTileSize;
@@ -15,21 +19,58 @@ void TraceTileScalar(const TraceJob& job, int tile, TraceCounts* counts) {
   for (int y = y0; y < y1; ++y) {
     for (int x = x0; x < x1; ++x) {
       const RayD ray = RayThrough(job.camera, x + 0.5, y + 0.5);
-      const TileHit hit = MarchTile(list, ray, job.threshold, &counts->rays);
+      const TileHit hit = MarchTile<kMode, Real>(list, shape, ray, &counts->rays);
+      if (counts->rays.crowded > 0) return;
       if (!hit.hit) continue;
       ++counts->hits;
-      const Vec3f direction = ray.direction.cast<float>();
-      const SurfaceSums sums = GatherSurface(list, hit, direction, colors, job.cloud->uniform_color,
-                                             SrgbToLinearTable());
-      const Vec3f normal = sums.Normal(-direction);
-      const Vec3f c = Shade(job.light, sums.BlendedColor(), normal, -direction);
+      const Vec3f to_viewer = -ray.direction.cast<float>();
+      const SurfaceSums sums = GatherSurface<kMode>(list, shape, hit, colors,
+                                                    job.cloud->uniform_color, SrgbToLinearTable());
+      const Vec3f normal =
+          kMode == ThresholdMode::kBlended ? sums.BlendedNormal(to_viewer) : sums.Normal(to_viewer);
+      const Vec3f c = Shade(job.light, sums.BlendedColor(), normal, to_viewer);
       const std::size_t pixel = static_cast<std::size_t>(y) * frame.width + x;
       frame.color[pixel] = {c.x, c.y, c.z, 1.0f};
       if (!frame.depth.empty()) frame.depth[pixel] = WorldDepth(hit.depth, job.cloud->frame.unit);
       if (!frame.normal.empty()) frame.normal[pixel] = normal;
       if (!frame.id.empty()) frame.id[pixel] = sums.strongest_idx;
+      if (job.gather) {
+        std::vector<GatherSphere>& spheres = GatherScratch();
+        for (int k = hit.begin; k < hit.end; ++k) {
+          const std::uint32_t i = list.entry[k].metaball;
+          spheres.push_back({Minus(list.center[i], hit.reference), 1.0f / list.RadiusOf(i), i});
+        }
+        job.gather->AtHit(pixel, Vec3f{}, spheres);
+      }
     }
   }
+}
+
+template <ThresholdMode kMode, class Real>
+void TraceAnyShape(const TraceJob& job, int tile, TraceCounts* counts) {
+  WithShape(job.shape,
+            [&](const auto& shape) { TraceTile<kMode, Real>(job, tile, counts, shape); });
+}
+
+template <ThresholdMode kMode>
+TileTracer TracerOf(bool double_precision) {
+  return double_precision ? &TraceAnyShape<kMode, double> : &TraceAnyShape<kMode, float>;
+}
+
+}  // namespace
+
+TileTracer ScalarTracerFor(const TraceJob& job) {
+  switch (job.mode) {
+    case ThresholdMode::kBlended:
+      return TracerOf<ThresholdMode::kBlended>(job.double_precision);
+    case ThresholdMode::kSummed:
+      return TracerOf<ThresholdMode::kSummed>(job.double_precision);
+    case ThresholdMode::kGated:
+      return TracerOf<ThresholdMode::kGated>(job.double_precision);
+    case ThresholdMode::kUniform:
+      break;
+  }
+  return TracerOf<ThresholdMode::kUniform>(job.double_precision);
 }
 
 }  // namespace sherd

@@ -2,17 +2,36 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <vector>
 
+#include "metaball/appearance/appearance.h"
 #include "metaball/cloud.h"
+#include "metaball/density/model.h"
 #include "metaball/vec.h"
 
 namespace sherd {
 
-// F(p) = sum of the densities of all metaballs at p; the surface is F = threshold (thesis 2.8),
-// the inside F >= threshold. The density is Murakami's (thesis 2.4).
+// How the metaballs' thresholds make one surface. T_k is Cloud::threshold, or Surface::threshold
+// for all; f_k the density at a point p. Inside is where at least one support holds p and
+enum class ThresholdMode {
+  kUniform,  // sum f_k >= T: one T for all (thesis 2.8); Cloud::threshold is not used
+  kBlended,  // sum f_k >= (sum f_k T_k) / (sum f_k): smooth; equal to kUniform when all T_k are
+             // equal
+  kSummed,   // sum (f_k - T_k) >= 0 over the supports that hold p (thesis 2.9, literally)
+  kGated,    // some f_k >= T_k: a union of spheres (thesis algorithms 2-6, literally)
+};
+
+// "uniform", "blended", "summed", "gated". Parse throws InputError for another word.
+std::string NameOf(ThresholdMode mode);
+ThresholdMode ParseThresholdMode(const std::string& name);
+std::vector<std::string> ThresholdModeNames();
+
 struct Surface {
   double threshold = 0.7;     // > 0; at or above the highest field nothing is drawn
   double radius_scale = 1.0;  // > 0; multiplies every radius
+  DensityModel density;
+  ThresholdMode mode = ThresholdMode::kUniform;
 };
 
 // thesis 3.7: min(1, C * ambient + C * diffuse * max(0, n . l)).
@@ -28,6 +47,7 @@ struct Scene {
   std::shared_ptr<const Cloud> cloud;
   Surface surface;
   Lighting lighting;
+  Appearance appearance;
 };
 
 }  // namespace sherd

@@ -14,6 +14,39 @@ constexpr std::int64_t kBandPixels = 16 << 20;  // of the enlarged picture, rend
 
 bool Finite(double v) { return std::isfinite(v); }
 
+// The further planes of a band of the enlarged picture: each pixel takes the sample nearest its
+// centre. y0: the band's first row in `out`.
+void TakeMiddleSamples(const Frame& fine, int n, int y0, Frame* out) {
+  const auto take = [&](const auto& from, auto* to, std::size_t components) {
+    if (from.empty()) return;
+    to->resize(static_cast<std::size_t>(out->width) * out->height * components);
+    for (int y = 0; y < fine.height / n; ++y) {
+      for (int x = 0; x < out->width; ++x) {
+        const std::size_t source =
+            (static_cast<std::size_t>(y) * n + n / 2) * fine.width + x * n + n / 2;
+        const std::size_t target = static_cast<std::size_t>(y0 + y) * out->width + x;
+        std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(source * components), components,
+                    to->begin() + static_cast<std::ptrdiff_t>(target * components));
+      }
+    }
+  };
+  take(fine.weight, &out->weight, 1);
+  take(fine.intensity, &out->intensity, 1);
+  take(fine.influence, &out->influence, 1);
+  out->uv.resize(fine.uv.size());
+  for (std::size_t k = 0; k < fine.uv.size(); ++k) {
+    out->uv[k].channel = fine.uv[k].channel;
+    take(fine.uv[k].values, &out->uv[k].values, 1);
+  }
+  out->channels.resize(fine.channels.size());
+  for (std::size_t k = 0; k < fine.channels.size(); ++k) {
+    out->channels[k].name = fine.channels[k].name;
+    out->channels[k].components = fine.channels[k].components;
+    take(fine.channels[k].values, &out->channels[k].values,
+         static_cast<std::size_t>(fine.channels[k].components));
+  }
+}
+
 }  // namespace
 
 void CheckRenderInput(const Scene& scene, const Camera& camera, const RenderSettings& settings) {
@@ -33,6 +66,10 @@ void CheckRenderInput(const Scene& scene, const Camera& camera, const RenderSett
   }
   if (!(scene.surface.radius_scale > 0) || !Finite(scene.surface.radius_scale)) {
     throw Error("the radius factor must be positive");
+  }
+  ResolveDensity(scene.surface.density);
+  if (scene.surface.mode == ThresholdMode::kBlended && !IsNonNegative(scene.surface.density)) {
+    throw Error("blended thresholds need a density that is nowhere negative");
   }
   const Lighting& light = scene.lighting;
   if (!(light.ambient >= 0) || !(light.diffuse >= 0) || !Finite(light.ambient) ||
@@ -90,6 +127,7 @@ Frame RenderSupersampled(Renderer* renderer, const Scene& scene, const Camera& c
     const Frame fine =
         renderer->Render(scene, large.Cropped(0, y0 * n, large.width, band * n), single, part);
     out.stats += fine.stats;
+    if (settings.planes.NeedGather()) TakeMiddleSamples(fine, n, y0, &out);
     for (int y = 0; y < band; ++y) {
       for (int x = 0; x < camera.width; ++x) {
         Pixel sum;

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <bit>
 #include <limits>
+#include <utility>
 
 #include "metaball/error.h"
 #include "metaball/parallel.h"
@@ -12,58 +13,74 @@
 namespace sherd {
 namespace {
 
-// Unsigned integers in the order of the floats they come from.
-std::uint32_t OrderedKey(float v) {
-  const auto bits = std::bit_cast<std::uint32_t>(v);
-  return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
-}
-
-constexpr std::size_t kBlock = 16384;  // metaballs bounded by one task
+constexpr std::size_t kSmallestPart = 65536;  // metaballs that are worth a part of their own
+constexpr std::size_t kBlock = 16384;         // metaballs between two looks at the stop signal
+constexpr std::int64_t kTilesPerTask = 64;
 
 template <class T>
 std::size_t BytesOf(const std::vector<T>& v) {
   return v.capacity() * sizeof(T);
 }
 
+// Front, then place in the cloud. Fronts are not negative: their bits are in their order.
+std::uint64_t KeyOf(const TileEntry& e) {
+  return static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(e.front)) << 32 | e.metaball;
+}
+bool Nearer(const TileEntry& a, const TileEntry& b) { return KeyOf(a) < KeyOf(b); }
+
+// Nearest front first. By the leading 16 bits in which the list's fronts differ, a byte at a time;
+// what is equal in these is seldom more than a pair.
+void SortByFront(TileEntry* entries, std::size_t count, std::vector<TileEntry>* scratch) {
+  constexpr std::size_t kFew = 24;
+  if (count <= kFew) {
+    std::sort(entries, entries + count, Nearer);
+    return;
+  }
+  const auto bits = [](const TileEntry& e) { return std::bit_cast<std::uint32_t>(e.front); };
+  std::uint32_t least = bits(entries[0]), most = least;
+  for (std::size_t k = 1; k < count; ++k) {
+    least = std::min(least, bits(entries[k]));
+    most = std::max(most, bits(entries[k]));
+  }
+  const int shift = std::max(0, static_cast<int>(std::bit_width(most - least)) - 16);
+  const auto key = [&](const TileEntry& e) { return (bits(e) - least) >> shift; };
+  std::array<std::uint32_t, 256> low{}, high{};
+  for (std::size_t k = 0; k < count; ++k) {
+    ++low[key(entries[k]) & 255];
+    ++high[key(entries[k]) >> 8];
+  }
+  std::uint32_t low_sum = 0, high_sum = 0;
+  for (int digit = 0; digit < 256; ++digit) {
+    low_sum += std::exchange(low[digit], low_sum);
+    high_sum += std::exchange(high[digit], high_sum);
+  }
+  if (scratch->size() < count) scratch->resize(2 * count);
+  TileEntry* sorted = scratch->data();
+  for (std::size_t k = 0; k < count; ++k) sorted[low[key(entries[k]) & 255]++] = entries[k];
+  for (std::size_t k = 0; k < count; ++k) entries[high[key(sorted[k]) >> 8]++] = sorted[k];
+  for (std::size_t begin = 0; begin < count;) {
+    std::size_t end = begin + 1;
+    while (end < count && key(entries[end]) == key(entries[begin])) ++end;
+    if (end - begin > 1) std::sort(entries + begin, entries + end, Nearer);
+    begin = end;
+  }
+}
+
 }  // namespace
 
 std::size_t TileBins::MemoryBytes() const {
-  return BytesOf(front_) + BytesOf(box_) + BytesOf(order_) + BytesOf(scratch_) + BytesOf(begin_) +
-         BytesOf(entries_);
+  return BytesOf(front_) + BytesOf(box_) + BytesOf(next_) + BytesOf(begin_) + BytesOf(entries_);
 }
 
-void TileBins::SortByFront(int threads) {
-  // Least significant digit first, 11 bits at a time, over the 32 key bits above the index. Each
-  // pass is stable; the input is in index order, so equal fronts keep the cloud's order.
-  constexpr int kDigitBits = 11;
-  constexpr std::size_t kDigits = 1u << kDigitBits;
-  const std::size_t n = order_.size();
-  scratch_.resize(n);
-  const int parts = std::max(1, std::min(ThreadCount(threads), static_cast<int>(n / 65536) + 1));
-  std::vector<std::array<std::uint32_t, kDigits>> histogram(parts);
-  for (int shift = 32; shift < 64; shift += kDigitBits) {
-    const auto digit = [shift](std::uint64_t v) { return (v >> shift) & (kDigits - 1); };
-    const auto part_begin = [&](int p) { return n * static_cast<std::size_t>(p) / parts; };
-    ParallelFor(parts, threads, [&](std::int64_t p, int) {
-      auto& counts = histogram[p];
-      counts.fill(0);
-      for (std::size_t i = part_begin(p); i < part_begin(p + 1); ++i) ++counts[digit(order_[i])];
-    });
-    std::uint32_t sum = 0;
-    for (std::size_t d = 0; d < kDigits; ++d) {
-      for (auto& counts : histogram) {
-        const std::uint32_t count = counts[d];
-        counts[d] = sum;
-        sum += count;
+template <class Visit>
+void TileBins::ForEachTile(std::size_t begin, std::size_t end, const Visit& visit) const {
+  for (std::size_t i = begin; i < end; ++i) {
+    const TileBox box = box_[i];
+    for (int y = box.y0; y < box.y1; ++y) {
+      for (int x = box.x0; x < box.x1; ++x) {
+        visit(static_cast<std::size_t>(y) * tiles_x_ + x, static_cast<std::uint32_t>(i));
       }
     }
-    ParallelFor(parts, threads, [&](std::int64_t p, int) {
-      auto& next = histogram[p];
-      for (std::size_t i = part_begin(p); i < part_begin(p + 1); ++i) {
-        scratch_[next[digit(order_[i])]++] = order_[i];
-      }
-    });
-    order_.swap(scratch_);
   }
 }
 
@@ -72,82 +89,91 @@ void TileBins::Build(const Cloud& cloud, float radius_scale, const ViewF& view, 
   const std::size_t n = cloud.size();
   tiles_x_ = (view.width + kTileSize - 1) / kTileSize;
   tiles_y_ = (view.height + kTileSize - 1) / kTileSize;
+  const std::size_t tiles = static_cast<std::size_t>(tiles_x_) * tiles_y_;
   front_.resize(n);
   box_.resize(n);
 
-  // Bounds of every metaball, and how many there are in each block that are in view.
-  const std::size_t blocks = (n + kBlock - 1) / kBlock;
-  std::vector<std::size_t> visible(blocks + 1, 0);
-  ParallelFor(static_cast<std::int64_t>(blocks), threads, [&](std::int64_t b, int) {
-    control.ThrowIfStopped();
-    std::size_t count = 0;
-    for (std::size_t i = b * kBlock; i < std::min(n, (b + 1) * kBlock); ++i) {
-      float front = 0.0f;
-      const PixelBox box =
-          BoundsOfSphere(view, cloud.center[i], cloud.RadiusOf(i) * radius_scale, &front);
-      front_[i] = front;
-      box_[i] = {};
-      if (box.empty()) continue;
-      ++count;
-      box_[i] = {static_cast<std::uint16_t>(box.x0 / kTileSize),
-                 static_cast<std::uint16_t>(box.y0 / kTileSize),
-                 static_cast<std::uint16_t>((box.x1 - 1) / kTileSize + 1),
-                 static_cast<std::uint16_t>((box.y1 - 1) / kTileSize + 1)};
-    }
-    visible[b + 1] = count;
-  });
-  for (std::size_t b = 0; b < blocks; ++b) visible[b + 1] += visible[b];
-  order_.resize(visible[blocks]);
-  ParallelFor(static_cast<std::int64_t>(blocks), threads, [&](std::int64_t b, int) {
-    std::size_t next = visible[b];
-    for (std::size_t i = b * kBlock; i < std::min(n, (b + 1) * kBlock); ++i) {
-      if (box_[i].x1 == 0) continue;
-      order_[next++] = static_cast<std::uint64_t>(OrderedKey(front_[i])) << 32 | i;
-    }
-  });
-  SortByFront(threads);
-  control.ThrowIfStopped();
-
-  // Each band of tile rows belongs to one task, which walks the metaballs nearest first.
-  const std::size_t tiles = static_cast<std::size_t>(tiles_x_) * tiles_y_;
-  begin_.assign(tiles + 1, 0);
-  const int bands = std::min(tiles_y_, 2 * ThreadCount(threads));
-  const auto band_begin = [&](std::int64_t b) { return static_cast<int>(b * tiles_y_ / bands); };
-  std::atomic<std::uint64_t> total{0};
-  const auto for_each_tile = [&](std::int64_t band, const auto& visit) {
-    const int row0 = band_begin(band), row1 = band_begin(band + 1);
-    for (std::size_t k = 0; k < order_.size(); ++k) {
-      if ((k & 0xffff) == 0) control.ThrowIfStopped();
-      const auto i = static_cast<std::uint32_t>(order_[k]);
-      const TileBox box = box_[i];
-      const int y1 = std::min<int>(box.y1, row1);
-      for (int y = std::max<int>(box.y0, row0); y < y1; ++y) {
-        for (int x = box.x0; x < box.x1; ++x) {
-          visit(static_cast<std::size_t>(y) * tiles_x_ + x, i);
-        }
-      }
+  // Every part of the cloud counts for itself what it puts into each tile, and then writes it to a
+  // place of its own: no part waits for another. A cloud lies in Morton order, so that what follows
+  // each other goes to few tiles.
+  const std::size_t parts =
+      std::max<std::size_t>(1, std::min<std::size_t>(ThreadCount(threads), n / kSmallestPart));
+  const auto part_begin = [&](std::size_t p) { return n * p / parts; };
+  const auto for_each_block = [&](std::int64_t part, const auto& block) {
+    const std::size_t end = part_begin(part + 1);
+    for (std::size_t b = part_begin(part); b < end; b += kBlock) {
+      control.ThrowIfStopped();
+      block(b, std::min(end, b + kBlock));
     }
   };
-  ParallelFor(bands, threads, [&](std::int64_t band, int) {
-    std::uint64_t sum = 0;
-    for_each_tile(band, [&](std::size_t tile, std::uint32_t) {
-      ++begin_[tile + 1];
-      ++sum;
+  next_.assign(parts * tiles, 0);
+  std::atomic<std::uint64_t> in_view{0}, total{0};
+  ParallelFor(static_cast<std::int64_t>(parts), threads, [&](std::int64_t part, int) {
+    std::uint32_t* counts = next_.data() + part * tiles;
+    std::uint64_t seen = 0, sum = 0;
+    for_each_block(part, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        float front = 0.0f;
+        const PixelBox box =
+            BoundsOfSphere(view, cloud.center[i], cloud.RadiusOf(i) * radius_scale, &front);
+        box_[i] = {};
+        if (box.empty()) continue;
+        ++seen;
+        front_[i] = std::max(front, 0.0f);
+        box_[i] = {static_cast<std::uint16_t>(box.x0 / kTileSize),
+                   static_cast<std::uint16_t>(box.y0 / kTileSize),
+                   static_cast<std::uint16_t>((box.x1 - 1) / kTileSize + 1),
+                   static_cast<std::uint16_t>((box.y1 - 1) / kTileSize + 1)};
+      }
+      ForEachTile(begin, end, [&](std::size_t tile, std::uint32_t) {
+        ++counts[tile];
+        ++sum;
+      });
     });
+    in_view += seen;
     total += sum;
   });
+  metaballs_in_view_ = in_view;
   if (total > std::numeric_limits<std::uint32_t>::max()) {
     throw ResourceError("the picture needs " + std::to_string(total.load()) +
                             " metaball-tile entries, more than one frame can hold; render it in "
                             "parts or with smaller radii",
-                        total * 4, std::numeric_limits<std::uint32_t>::max() * 4ull);
+                        total * sizeof(TileEntry),
+                        std::numeric_limits<std::uint32_t>::max() * sizeof(TileEntry));
   }
-  for (std::size_t t = 0; t < tiles; ++t) begin_[t + 1] += begin_[t];
-  entries_.resize(begin_[tiles]);
-  std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-  ParallelFor(bands, threads, [&](std::int64_t band, int) {
-    for_each_tile(band, [&](std::size_t tile, std::uint32_t i) { entries_[next[tile]++] = i; });
+
+  begin_.resize(tiles + 1);
+  std::uint32_t sum = 0;
+  for (std::size_t tile = 0; tile < tiles; ++tile) {
+    begin_[tile] = sum;
+    for (std::size_t part = 0; part < parts; ++part) {
+      std::uint32_t& slot = next_[part * tiles + tile];
+      const std::uint32_t count = slot;
+      slot = sum;
+      sum += count;
+    }
+  }
+  begin_[tiles] = sum;
+  entries_.resize(sum);
+  ParallelFor(static_cast<std::int64_t>(parts), threads, [&](std::int64_t part, int) {
+    std::uint32_t* next = next_.data() + part * tiles;
+    for_each_block(part, [&](std::size_t begin, std::size_t end) {
+      ForEachTile(begin, end, [&](std::size_t tile, std::uint32_t i) {
+        entries_[next[tile]++] = {i, front_[i]};
+      });
+    });
   });
+
+  const auto all_tiles = static_cast<std::int64_t>(tiles);
+  ParallelFor(
+      (all_tiles + kTilesPerTask - 1) / kTilesPerTask, threads, [&](std::int64_t task, int) {
+        control.ThrowIfStopped();
+        std::vector<TileEntry> scratch;
+        for (std::int64_t tile = task * kTilesPerTask;
+             tile < std::min(all_tiles, (task + 1) * kTilesPerTask); ++tile) {
+          SortByFront(entries_.data() + begin_[tile], begin_[tile + 1] - begin_[tile], &scratch);
+        }
+      });
 }
 
 }  // namespace sherd

@@ -78,8 +78,17 @@ SHERD_HD PixelBox BoundsOfSphere(const ViewF& view, const Vec3f& center, float r
     const float distance = sqrtf(Dot(v, v));
     *front = distance - radius;
     *front -= 1e-6f * (distance + radius);
-    if (TangentSlopes(x, z, radius, &x_lo, &x_hi) == TangentCone::kNone ||
-        TangentSlopes(y, z, radius, &y_lo, &y_hi) == TangentCone::kNone) {
+    if (z > 2.0f * radius) {
+      // The same slopes as the roots of their quadratic: all in front, they are far from its pole.
+      const float z2_r2 = z * z - radius * radius, inverse = 1.0f / z2_r2;
+      const float x_tangent = radius * sqrtf(x * x + z2_r2),
+                  y_tangent = radius * sqrtf(y * y + z2_r2);
+      x_lo = (x * z - x_tangent) * inverse;
+      x_hi = (x * z + x_tangent) * inverse;
+      y_lo = (y * z - y_tangent) * inverse;
+      y_hi = (y * z + y_tangent) * inverse;
+    } else if (TangentSlopes(x, z, radius, &x_lo, &x_hi) == TangentCone::kNone ||
+               TangentSlopes(y, z, radius, &y_lo, &y_hi) == TangentCone::kNone) {
       return none;
     }
   }
