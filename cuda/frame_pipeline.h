@@ -17,6 +17,7 @@
 #include "cuda/machine.h"
 #include "metaball/error.h"
 #include "metaball/local_view.h"
+#include "metaball/precision.h"
 #include "metaball/renderer.h"
 #include "metaball/supersample.h"
 
@@ -35,6 +36,12 @@ class FramePipeline {
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) {
     CheckRenderInput(scene, camera, settings);
+    if (scene.surface.mode != ThresholdMode::kUniform) {
+      throw Error("a threshold for each metaball is drawn by the CPU alone; use --backend cpu");
+    }
+    if (settings.planes.NeedGather()) {
+      throw Error("further channels are blended by the CPU alone; use --backend cpu");
+    }
     const auto begin = std::chrono::steady_clock::now();
     Frame frame = MakeFrame(camera, settings.planes);
     frame.stats.metaballs = scene.cloud->size();
@@ -132,12 +139,11 @@ class FramePipeline {
 
   std::uint64_t CloudBytes() const { return sphere_.bytes() + color_.bytes(); }
 
-  // Radii so far apart that a float cannot hold the largest one's field to the smallest one's
-  // accuracy: 2^-24 of the large radius against kDepthTolerance of the small one.
-  static constexpr float kFloatRadiusRange = 100.0f;
-
   void UseCloud(const std::shared_ptr<const Cloud>& cloud) {
-    if (cloud_.lock() == cloud && cloud_size_ == cloud->size()) return;
+    if (cloud_.lock() == cloud && cloud_size_ == cloud->size() &&
+        cloud_revisions_ == cloud->revisions) {
+      return;
+    }
     cloud_.reset();
     const std::size_t n = cloud->size();
     const std::uint64_t needed =
@@ -173,13 +179,10 @@ class FramePipeline {
     }
     machine_.Resize(&srgb_table_, 256, "tables");
     machine_.Upload(&srgb_table_, 0, SrgbToLinearTable(), 256);
-    double_precision_ = false;
-    if (!cloud->radius.empty()) {
-      const auto [lo, hi] = std::minmax_element(cloud->radius.begin(), cloud->radius.end());
-      double_precision_ = *hi > kFloatRadiusRange * *lo;
-    }
+    wide_radii_ = HasWideRadii(*cloud);
     cloud_ = cloud;
     cloud_size_ = n;
+    cloud_revisions_ = cloud->revisions;
   }
 
   static std::string Megabytes(std::uint64_t bytes) {
@@ -278,7 +281,7 @@ class FramePipeline {
   kernels::MetaballArrays Metaballs(const Scene& scene) const {
     kernels::MetaballArrays m;
     m.sphere = sphere_.data();
-    m.radius_scale = scene.surface.radius_scale;
+    m.radius_scale = scene.surface.radius_scale * ResolveDensity(scene.surface.density).support;
     m.count = static_cast<std::uint32_t>(cloud_size_);
     return m;
   }
@@ -357,10 +360,12 @@ class FramePipeline {
     p.inverse_fx = static_cast<float>(1.0 / local.fx);
     p.inverse_fy = static_cast<float>(1.0 / local.fy);
     if (cloud.radius.empty()) {
-      p.uniform_radius = cloud.uniform_radius * job.scene.surface.radius_scale;
+      p.uniform_radius = cloud.uniform_radius * p.metaballs.radius_scale;
       p.inverse_uniform_radius = 1.0 / p.uniform_radius;
     }
-    p.threshold = job.scene.surface.threshold;
+    const ResolvedDensity density = ResolveDensity(job.scene.surface.density);
+    p.threshold = job.scene.surface.threshold / density.amplitude;
+    p.shape = density.shape;
     p.world_per_local = cloud.frame.unit;
     p.light = PrepareLight(job.scene.lighting);
     p.out_color = samples_.color.data();
@@ -370,12 +375,12 @@ class FramePipeline {
     p.counts = counts_.data();
     // The features of the scene choose the kernel.
     const bool own_color = !cloud.color.empty();
-    if (cloud.radius.empty()) {
-      own_color ? Launch<false, true, float>(p) : Launch<false, false, float>(p);
-    } else if (!double_precision_) {
-      own_color ? Launch<true, true, float>(p) : Launch<true, false, float>(p);
-    } else {
+    if (wide_radii_ || HasStiffThreshold(job.scene.surface)) {
       own_color ? Launch<true, true, double>(p) : Launch<true, false, double>(p);
+    } else if (cloud.radius.empty()) {
+      own_color ? Launch<false, true, float>(p) : Launch<false, false, float>(p);
+    } else {
+      own_color ? Launch<true, true, float>(p) : Launch<true, false, float>(p);
     }
     const int n = job.settings.supersample;
     if (n == 1) return;
@@ -390,9 +395,18 @@ class FramePipeline {
                                wanted.id ? pixels_.id.data() : nullptr});
   }
 
+  // Murakami's density has kernels of its own, the others share theirs.
   template <bool kOwnRadius, bool kOwnColor, class Real>
   void Launch(const kernels::TraceParams& p) {
-    using Traits = kernels::TraceTraits<kOwnRadius, kOwnColor, Real, Machine::kCountWork>;
+    if (p.shape == DensityShape{}) {
+      LaunchShape<kOwnRadius, kOwnColor, Real, MurakamiShape>(p);
+    } else {
+      LaunchShape<kOwnRadius, kOwnColor, Real, AnyShape>(p);
+    }
+  }
+  template <bool kOwnRadius, bool kOwnColor, class Real, class Shape>
+  void LaunchShape(const kernels::TraceParams& p) {
+    using Traits = kernels::TraceTraits<kOwnRadius, kOwnColor, Real, Shape, Machine::kCountWork>;
     machine_.ForEachBlock("Trace", tiles_, kernels::TraceProgram<Traits>{p});
   }
 
@@ -417,7 +431,8 @@ class FramePipeline {
   // new one at the same address is not taken for it.
   std::weak_ptr<const Cloud> cloud_;
   std::size_t cloud_size_ = 0;
-  bool double_precision_ = false;
+  bool wide_radii_ = false;
+  CloudRevisions cloud_revisions_;
   Buffer<kernels::Sphere> sphere_;
   Buffer<std::uint32_t> color_;
   Buffer<float> srgb_table_;

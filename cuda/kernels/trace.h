@@ -10,7 +10,8 @@
 // dependent reads of the device's memory), moves it to the tile's coordinates and finds the pixels
 // it can touch once for all 64 rays, and the latency of those reads is paid once for 64 entries.
 // Each ray then looks only at the entries whose pixel box covers it (bits in a word), and keeps of
-// those it really passes what the march needs, (b, h) of density.h, in a column of shared memory.
+// those it really passes what the march needs, its pass (density/shapes.h), in a column of shared
+// memory.
 //
 // Precision (the contract in docs/architecture.md): distances along the rays are floats counted
 // from a base depth that moves with the list, coordinates are relative to a point of the tile's
@@ -20,6 +21,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "cuda/kernels/device_ops.h"
 #include "cuda/kernels/trace_params.h"
@@ -41,6 +43,7 @@ struct TraceProgram {
   // takes more registers than these leave: 96 of 65536 in floats, 168 in doubles.
   static constexpr int kBlocksPerMultiprocessor = sizeof(Real) == 8 ? 6 : 10;
   static constexpr int kColumn = Traits::kColumn;
+  using Shape = typename Traits::Shape;
 
   // The tile's place in the picture and the ray through its middle.
   struct TileRay {
@@ -89,6 +92,15 @@ struct TraceProgram {
   };
 
   TraceParams p;
+
+  // The scene's shape as the type this kernel was compiled for.
+  SHERD_HD Shape OwnShape() const {
+    if constexpr (std::is_same_v<Shape, AnyShape>) {
+      return AnyShape{p.shape};
+    } else {
+      return Shape{};
+    }
+  }
 
   // ---- geometry -------------------------------------------------------------------------------
 
@@ -287,9 +299,9 @@ struct TraceProgram {
     }
   }
   // Whether the ray at t has left the metaball's support.
-  SHERD_HD static bool Passed(Real t, Real b, Real h, Real inverse) {
+  SHERD_HD static bool Passed(Real t, Real b, Real across2, Real inverse) {
     const Real s = t * inverse - b;
-    return s > Real(0) && s * s >= h;
+    return s > Real(0) && across2 + s * s >= Real(1);
   }
 
   // Moves the column to a base that lies `delta` farther and drops what the ray has passed. Returns
@@ -301,7 +313,7 @@ struct TraceProgram {
       Entry e = s.column[k][thread];
       const Real inverse = InverseOf(e);
       e.b -= delta * inverse;
-      if (Passed(ray.t, e.b, e.h, inverse)) continue;
+      if (Passed(ray.t, e.b, e.across2, inverse)) continue;
       s.column[kept++][thread] = e;
       largest_inverse = inverse > largest_inverse ? inverse : largest_inverse;
     }
@@ -315,7 +327,7 @@ struct TraceProgram {
     const Sphere sphere = p.metaballs.sphere[p.entry[e]];
     *inverse = InverseRadius(sphere);
     *pass = PassOf<Real>(RelativeCenter(sphere, place) - origin, ray.direction, *inverse);
-    return pass->h > Real(0);
+    return pass->across2 < Real(1);
   }
 
   // Trim for a ray in the wide state: skips the passed entries at the list's begin. Returns the
@@ -328,7 +340,7 @@ struct TraceProgram {
       RayPass<Real> pass;
       Real inverse;
       const bool alive = ListPass(e, place, origin, ray, &pass, &inverse) &&
-                         !Passed(ray.t, pass.b, pass.h, inverse);
+                         !Passed(ray.t, pass.b, pass.across2, inverse);
       if (alive) {
         leading = false;
         largest_inverse = inverse > largest_inverse ? inverse : largest_inverse;
@@ -339,32 +351,57 @@ struct TraceProgram {
     return Real(1) / largest_inverse;
   }
 
+  // Adds what a ray in the wide state is near to a bound on [t, t + dt], which may count in
+  // doubles.
+  template <class Bound>
+  SHERD_HD void AddWide(const Place& place, const V& origin, std::uint32_t list_end, const Ray& ray,
+                        Real t, Real dt, Bound* bound) const {
+    for (std::uint32_t e = ray.wide_begin; e < list_end; ++e) {
+      RayPass<Real> pass;
+      Real inverse;
+      if (!ListPass(e, place, origin, ray, &pass, &inverse)) continue;
+      bound->Add(t * inverse - pass.b, (t + dt) * inverse - pass.b, pass.across2);
+    }
+  }
+
+  template <int N>
+  SHERD_HD static Bernstein<Real, N> Rounded(const Bernstein<double, N>& sum) {
+    Bernstein<Real, N> rounded;
+    for (int k = 0; k <= N; ++k) rounded.c[k] = static_cast<Real>(sum.c[k]);
+    return rounded;
+  }
+
   // Marches from ray.t to t_stop (may be infinite: to the end of all supports).
   SHERD_HD void MarchTo(Shared& s, int thread, Real t_stop, Real smallest, const Place& place,
                         const V& origin, std::uint32_t list_end, Ray& ray) const {
-    const auto accumulate = [&](Real t, Real dt, FieldBound<Real>* bound) {
-      for (int k = 0; k < ray.count; ++k) {
-        const Entry e = s.column[k][thread];
-        if constexpr (Traits::kOwnRadius) {
-          bound->Add(t * e.inverse_radius - e.b, (t + dt) * e.inverse_radius - e.b, e.h);
-        } else {
-          const Real s0 = t - e.b;
-          bound->Add(s0, s0 + dt, e.h);
-        }
-      }
-      if (ray.wide) {
-        for (std::uint32_t e = ray.wide_begin; e < list_end; ++e) {
-          RayPass<Real> pass;
-          Real inverse;
-          if (!ListPass(e, place, origin, ray, &pass, &inverse)) continue;
-          bound->Add(t * inverse - pass.b, (t + dt) * inverse - pass.b, pass.h);
-        }
-      }
+    const Shape shape = OwnShape();
+    const auto threshold = static_cast<Real>(p.threshold);
+    MarchLimits<Real> limits;
+    const auto step = [&](RayMarch<Real>* march) {
+      const Real t = march->t, dt = march->dt;
       if constexpr (Traits::kCountWork) {
         ray.adds += static_cast<unsigned>(ray.count);
         if (ray.wide) ray.adds += list_end - ray.wide_begin;
       }
       ++ray.steps;
+      // Floats lose too much of so many terms.
+      if (ray.wide && list_end - ray.wide_begin > kFloatOverlap) {
+        TightBound<double, Shape> bound(shape);
+        AddWide(place, origin, list_end, ray, t, dt, &bound);
+        return AdvanceUniform(Rounded(bound.Sum()), threshold, limits, march);
+      }
+      TightBound<Real, Shape> bound(shape);
+      for (int k = 0; k < ray.count; ++k) {
+        const Entry e = s.column[k][thread];
+        if constexpr (Traits::kOwnRadius) {
+          bound.Add(t * e.inverse_radius - e.b, (t + dt) * e.inverse_radius - e.b, e.across2);
+        } else {
+          const Real s0 = t - e.b;
+          bound.Add(s0, s0 + dt, e.across2);
+        }
+      }
+      if (ray.wide) AddWide(place, origin, list_end, ray, t, dt, &bound);
+      return AdvanceUniform(bound.Sum(), threshold, limits, march);
     };
     while (ray.t < t_stop) {
       if (!(smallest < Real(INFINITY))) {  // near nothing: free up to what comes next
@@ -376,22 +413,21 @@ struct TraceProgram {
       // way, and what has been passed must not hold it down.
       const Real reach = ray.t + static_cast<Real>(kReachInRadii) * smallest;
       const Real end = reach < t_stop ? reach : t_stop;
-      MarchLimits<Real> limits;
-      limits.threshold = static_cast<Real>(p.threshold);
       limits.tolerance = static_cast<Real>(kDepthTolerance) * smallest;
       limits.t_end = end;
-      March<Real> march;
+      RayMarch<Real> march;
       march.t = ray.t;
       const Real first = static_cast<Real>(kFirstStepInRadii) * smallest;
       march.dt = first < end - ray.t ? first : end - ray.t;
-      const bool resolved = FindFirstCrossing(accumulate, limits, kMaxSteps - ray.steps, &march);
-      ray.grazing += march.grazing;
+      march.searching = true;
+      march.hit = false;
+      const bool resolved = RunMarch(step, kMaxSteps - ray.steps, &march, &ray.grazing);
       if (!resolved) {
         ray.unresolved = true;
         ray.searching = false;
         return;
       }
-      if (march.status == MarchStatus::kHit) {
+      if (march.hit) {
         ray.hit = place.base + static_cast<double>(march.t) * Unscale();
         ray.searching = false;
         return;
@@ -426,10 +462,10 @@ struct TraceProgram {
         const V to_center = StagedCenter(s, k, &inverse) - origin;
         const RayPass<Real> pass = PassOf<Real>(to_center, ray.direction, inverse);
         if constexpr (Traits::kCountWork) ++ray.tests;
-        if (!(pass.h > Real(0)) || Passed(ray.t, pass.b, pass.h, inverse)) continue;
+        if (!(pass.across2 < Real(1)) || Passed(ray.t, pass.b, pass.across2, inverse)) continue;
         Entry entry;
         entry.b = pass.b;
-        entry.h = pass.h;
+        entry.across2 = pass.across2;
         if constexpr (Traits::kOwnRadius) entry.inverse_radius = inverse;
         s.column[ray.count++][thread] = entry;
         const Real radius = Real(1) / inverse;
@@ -457,6 +493,7 @@ struct TraceProgram {
     if (!(ray.hit >= 0.0)) return;
     const Real along = static_cast<Real>(ray.hit - place.base) * Scale();
     const V point = OriginOf(ray, place) + ray.direction * along;
+    const Shape shape = OwnShape();
     std::uint64_t candidates = Candidates(s, thread, size);
     while (candidates != 0) {
       const int k = LowestBit(candidates);
@@ -464,7 +501,11 @@ struct TraceProgram {
       Real inverse;
       const V offset = point - StagedCenter(s, k, &inverse);
       const Vec4f shade = s.shade[k];
-      ray.sums.Add(offset.template cast<float>(), static_cast<float>(inverse),
+      const Vec3f offset_f = offset.template cast<float>();
+      const auto inverse_f = static_cast<float>(inverse);
+      const float u = Dot(offset_f * inverse_f, offset_f * inverse_f);
+      if (!(u < 1.0f)) continue;
+      ray.sums.Add(offset_f, shape.Value(u), shape.Slope(u), inverse_f * inverse_f,
                    {shade.x, shade.y, shade.z}, static_cast<std::int32_t>(BitsOf(shade.w)));
       if constexpr (Traits::kCountWork) ++ray.shade_adds;
     }

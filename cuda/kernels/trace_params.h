@@ -35,8 +35,9 @@ struct TraceCounts {
 };
 
 // Which features a scene uses: the kernel is compiled for them alone.
-template <bool kOwnRadiusV, bool kOwnColorV, class RealT, bool kCountWorkV = false>
+template <bool kOwnRadiusV, bool kOwnColorV, class RealT, class ShapeT, bool kCountWorkV = false>
 struct TraceTraits {
+  using Shape = ShapeT;                            // of the density (metaball/density/shapes.h)
   static constexpr bool kOwnRadius = kOwnRadiusV;  // a radius for each metaball
   static constexpr bool kOwnColor = kOwnColorV;    // a colour for each metaball
   using Real = RealT;  // float; double where radii differ so much that floats cannot carry them
@@ -63,7 +64,8 @@ struct TraceParams {
   float inverse_fx = 1.0f, inverse_fy = 1.0f;
   double uniform_radius = 0.0;          // with radius_scale; 0 where each has its own
   double inverse_uniform_radius = 0.0;  // with radius_scale; 0 where each has its own
-  double threshold = 0.7;
+  double threshold = 0.7;               // over the density's amplitude
+  DensityShape shape;
   double world_per_local = 1.0;
   FrameLight light;
   // Planes of the region, width x height of the camera; all but color may be null.
@@ -76,11 +78,11 @@ struct TraceParams {
 
 template <class Real, bool kOwnRadius>
 struct ColumnEntry {
-  Real b, h, inverse_radius;
+  Real b, across2, inverse_radius;
 };
 template <class Real>
 struct ColumnEntry<Real, false> {
-  Real b, h;
+  Real b, across2;
 };
 
 }  // namespace sherd::kernels
