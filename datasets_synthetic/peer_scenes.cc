@@ -88,4 +88,13 @@ PeerScene MakeShell(std::uint64_t count, int width, int height, std::uint32_t se
   return Finish(std::move(input), s, {0.35, 0.45, -1.15}, {0, 0, 0}, 52, width, height);
 }
 
+void SpreadThresholds(double threshold, double spread, Cloud* cloud) {
+  Random random(cloud->size());
+  cloud->threshold.clear();
+  cloud->threshold.reserve(cloud->size());
+  for (std::size_t i = 0; i < cloud->size(); ++i) {
+    cloud->threshold.push_back(static_cast<float>(threshold * (1 + spread * random.Signed())));
+  }
+}
+
 }  // namespace sherd

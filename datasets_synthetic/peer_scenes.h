@@ -20,4 +20,8 @@ PeerScene MakeHeightField(std::uint64_t count, int width = 1280, int height = 72
 PeerScene MakeShell(std::uint64_t count, int width = 1280, int height = 720,
                     std::uint32_t seed = 1);
 
+// Gives every metaball a threshold of its own, from threshold * (1 - spread) to threshold * (1 +
+// spread), without order in space but the same in every run. 0 <= spread < 1.
+void SpreadThresholds(double threshold, double spread, Cloud* cloud);
+
 }  // namespace sherd
