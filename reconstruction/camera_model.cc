@@ -77,4 +77,10 @@ std::optional<std::pair<double, double>> SurveyCamera::Project(const Vec3d& poin
   return std::make_pair(x, y);
 }
 
+std::optional<Vec3d> SurveyCamera::Unproject(double x, double y) const {
+  Vec3d direction;
+  if (!CameraProjector(*this).Unproject(x, y, &direction)) return std::nullopt;
+  return direction;
+}
+
 }  // namespace sherd

@@ -55,6 +55,10 @@ struct SurveyCamera {
   // Image coordinates of a point in the camera's frame, distortion included; nullopt where the
   // model has no image of it (behind the camera, outside the model's domain).
   std::optional<std::pair<double, double>> Project(const Vec3d& point_in_camera) const;
+  // The inverse: the unit direction, in the camera's frame, of what is seen at image coordinates
+  // (x, y); nullopt where nothing is (outside the model's domain, where a polynomial has folded,
+  // outside a panorama).
+  std::optional<Vec3d> Unproject(double x, double y) const;
 };
 
 }  // namespace sherd

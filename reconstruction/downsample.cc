@@ -110,19 +110,6 @@ std::uint32_t AssignVoxels(const std::vector<Vec3d>& positions, const Grid& grid
   return voxels;
 }
 
-PointCells CellsOf(const std::vector<std::uint32_t>& cell_of, std::uint32_t cells) {
-  PointCells out;
-  out.cell_begin.assign(std::size_t{cells} + 1, 0);
-  for (const std::uint32_t c : cell_of) ++out.cell_begin[c + 1];
-  std::partial_sum(out.cell_begin.begin(), out.cell_begin.end(), out.cell_begin.begin());
-  out.point_idx.resize(cell_of.size());
-  std::vector<std::uint32_t> next(out.cell_begin.begin(), out.cell_begin.end() - 1);
-  for (std::size_t i = 0; i < cell_of.size(); ++i) {
-    out.point_idx[next[cell_of[i]]++] = static_cast<std::uint32_t>(i);
-  }
-  return out;
-}
-
 // Merges `excess` cells, the emptiest first, into their nearest neighbour that stays.
 void MergeExcess(const std::vector<Vec3d>& positions, std::uint64_t excess, std::uint32_t* cells,
                  std::vector<std::uint32_t>* cell_of) {
@@ -204,6 +191,19 @@ void SplitFullest(std::uint64_t target, std::uint32_t* cells, std::vector<std::u
 }
 
 }  // namespace
+
+PointCells CellsOf(const std::vector<std::uint32_t>& cell_of, std::uint32_t cells) {
+  PointCells out;
+  out.cell_begin.assign(std::size_t{cells} + 1, 0);
+  for (const std::uint32_t c : cell_of) ++out.cell_begin[c + 1];
+  std::partial_sum(out.cell_begin.begin(), out.cell_begin.end(), out.cell_begin.begin());
+  out.point_idx.resize(cell_of.size());
+  std::vector<std::uint32_t> next(out.cell_begin.begin(), out.cell_begin.end() - 1);
+  for (std::size_t i = 0; i < cell_of.size(); ++i) {
+    out.point_idx[next[cell_of[i]]++] = static_cast<std::uint32_t>(i);
+  }
+  return out;
+}
 
 PointCells GroupPoints(const std::vector<Vec3d>& positions, std::uint64_t target,
                        const Control& control) {

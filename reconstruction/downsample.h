@@ -13,10 +13,15 @@ namespace sherd {
 struct PointCells {
   std::vector<std::uint32_t> cell_begin;  // cells + 1
   std::vector<std::uint32_t> point_idx;   // every point once
-  double voxel_size = 0;                  // world units; 0 where every point is a cell of its own
+  double voxel_size = 0;                  // world units; 0 where there is no grid
+  // The point that each cell stands for, of nested levels; empty: the mean of its points.
+  std::vector<std::uint32_t> seed;
 
   std::size_t size() const { return cell_begin.empty() ? 0 : cell_begin.size() - 1; }
 };
+
+// cell_of: the cell of each point, all below `cells`.
+PointCells CellsOf(const std::vector<std::uint32_t>& cell_of, std::uint32_t cells);
 
 // A voxel grid whose voxel size is searched for so that `target` voxels hold points; what the
 // search leaves over is merged into neighbours (the emptiest voxels first), what it leaves short is

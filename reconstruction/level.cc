@@ -8,7 +8,8 @@
 #include "reconstruction/downsample.h"
 #include "reconstruction/memory.h"
 #include "reconstruction/parallel.h"
-#include "reconstruction/radii.h"
+#include "reconstruction/reduction.h"
+#include "reconstruction/surface_fit.h"
 
 namespace sherd {
 namespace {
@@ -27,10 +28,10 @@ Representatives Reduce(const SurveyPoints& points, const PointCells& cells,
                        const Control& control) {
   Representatives out;
   const std::size_t n = cells.size();
-  const bool colors = !points.color.empty(), normals = !points.normal.empty();
+  const bool colors = !points.color.empty();
   out.position.resize(n);
   if (colors) out.color.resize(n);
-  if (normals) out.normal.resize(n);
+  out.normal.resize(n);
   ParallelBlocks(
       n, kBlock,
       [&](std::size_t begin, std::size_t end) {
@@ -41,7 +42,7 @@ Representatives Reduce(const SurveyPoints& points, const PointCells& cells,
           if (count == 1) {
             out.position[c] = points.position[*first];
             if (colors) out.color[c] = points.color[*first];
-            if (normals) out.normal[c] = points.normal[*first];
+            out.normal[c] = points.normal[*first];
             continue;
           }
           // Relative to the first point: nothing is lost far from the origin.
@@ -50,13 +51,12 @@ Representatives Reduce(const SurveyPoints& points, const PointCells& cells,
           for (const std::uint32_t* i = first; i != last; ++i) {
             offset += points.position[*i] - base;
             if (colors) color += LinearFromRgb8(points.color[*i]).cast<double>();
-            if (normals) normal += points.normal[*i].cast<double>();
+            normal += points.normal[*i].cast<double>();
           }
-          out.position[c] = base + offset / count;
+          out.position[c] =
+              cells.seed.empty() ? base + offset / count : points.position[cells.seed[c]];
           if (colors) out.color[c] = Rgb8FromLinear((color / count).cast<float>());
-          if (normals) {
-            out.normal[c] = Normalized(normal, points.normal[*first].cast<double>()).cast<float>();
-          }
+          out.normal[c] = Normalized(normal, points.normal[*first].cast<double>()).cast<float>();
         }
       },
       control, "averaging points", 0.3, 0.4);
@@ -77,7 +77,7 @@ class PhotoRanking {
     }
   }
 
-  void Rank(std::size_t c, const Vec3d& position, const Vec3f* normal,
+  void Rank(std::size_t c, const Vec3d& position, const Vec3f& normal,
             std::vector<std::uint16_t>* out) const {
     thread_local std::vector<std::uint32_t> seen;
     thread_local std::vector<std::pair<double, std::uint32_t>> ranked;
@@ -99,7 +99,7 @@ class PhotoRanking {
       const Vec3d to_camera = centers_[photo] - position;
       const double distance = Length(to_camera);
       if (!(distance > 0)) continue;
-      const double cosine = normal ? Dot(normal->cast<double>(), to_camera) / distance : 1.0;
+      const double cosine = Dot(normal.cast<double>(), to_camera) / distance;
       ranked.emplace_back(-count * std::max(cosine, 0.02) * focal_[photo] / distance, photo);
     }
     const std::size_t kept = std::min(most_, ranked.size());
@@ -144,21 +144,31 @@ Level BuildLevel(const PreparedPoints& prepared, const Survey& survey, const Lev
               n * 8 + wanted * (8 * 16 + 200));
 
   control.Report("reducing the points", 0.0);
-  const PointCells cells = GroupPoints(points.position, options.target_count, control);
-  const Representatives reduced = Reduce(points, cells, control);
-  Radii radii = ComputeRadii(reduced.position, options.radius_factor, control);
+  const PointCells cells = ReducePoints(prepared, options, control);
+  Representatives reduced = Reduce(points, cells, control);
+  const double threshold = options.threshold > 0 ? options.threshold : kDefaultThreshold;
+  const FittedMetaballs fitted =
+      FitSurface(points, cells, std::move(reduced.position), std::move(reduced.normal),
+                 options.radius_factor, threshold, control);
+  const SurfaceErrors errors = MeasureErrors(points, cells, fitted, threshold, control);
 
   Level level;
   level.name = FormatCount(options.target_count);
-  level.stats.spacing = radii.median_spacing;
-  level.stats.open_share = radii.open_share;
+  level.stats.spacing = fitted.median_spacing;
+  level.stats.open_share = fitted.open_share;
+  level.stats.error_mean = errors.mean;
+  level.stats.error_p95 = errors.p95;
+  level.stats.error_max = errors.largest;
   CloudInput input;
-  input.center = reduced.position;
-  input.radius = std::move(radii.radius);
-  input.color = reduced.color;
+  input.center.reserve(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) input.center.push_back(fitted.CenterOf(i));
+  input.radius = fitted.radius;
+  input.color = std::move(reduced.color);
   std::vector<std::uint32_t> order;
   level.cloud = BuildCloud(input, nullptr, &order);
-  level.normal = Permuted(reduced.normal, order);
+  level.normal = Permuted(fitted.normal, order);
+  level.depth.reserve(order.size());
+  for (const std::uint32_t i : order) level.depth.push_back(static_cast<float>(fitted.depth[i]));
 
   if (!points.photo_begin.empty() && !survey.photographs.empty()) {
     const PhotoRanking ranking(survey, points, cells, options.max_photos_per_metaball);
@@ -172,8 +182,7 @@ Level BuildLevel(const PreparedPoints& prepared, const Survey& survey, const Lev
           std::vector<std::uint16_t>& list = photos[begin / kBlock];
           for (std::size_t i = begin; i < end; ++i) {
             const std::uint32_t c = order[i];
-            ranking.Rank(c, reduced.position[c],
-                         reduced.normal.empty() ? nullptr : &reduced.normal[c], &best);
+            ranking.Rank(c, fitted.position[c], fitted.normal[c], &best);
             counts[i] = static_cast<std::uint32_t>(best.size());
             list.insert(list.end(), best.begin(), best.end());
           }
@@ -195,7 +204,7 @@ Level BuildLevel(const PreparedPoints& prepared, const Survey& survey, const Lev
   stats.outliers = prepared.outliers;
   stats.target_count = options.target_count;
   stats.count = level.cloud.size();
-  stats.threshold = options.threshold > 0 ? options.threshold : kDefaultThreshold;
+  stats.threshold = threshold;
   stats.cloud_bytes = level.cloud.MemoryBytes();
   std::vector<double>& r = input.radius;
   const auto middle = r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2);

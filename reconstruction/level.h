@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,12 +12,31 @@
 
 namespace sherd {
 
+// How points are reduced to a target count (downsample.h).
+enum class Reduction {
+  kVoxel,      // the cells of a grid
+  kBlueNoise,  // evenly spaced: sample elimination
+  kAdaptive,   // the same with closer spacing where the surface bends
+};
+// "voxel", "blue-noise", "adaptive".
+std::string ReductionName(Reduction reduction);
+std::optional<Reduction> FindReduction(const std::string& name);
+std::vector<std::string> ReductionNames();
+
 struct LevelOptions {
   std::uint64_t target_count = 0;  // > 0; more than there are points: every point, and said so
+  Reduction reduction = Reduction::kVoxel;
+  // The points of the surface that the metaballs stand for are points of the survey, and those of a
+  // level are among those of every larger one built with the same `reduction` (not kVoxel) from the
+  // same points.
+  bool nested = false;
   bool remove_outliers = true;
   double radius_factor = 0.0;  // radius = factor * local spacing; 0: the default (see radii.cc)
   double threshold = 0.0;      // 0: the default
   int max_photos_per_metaball = 8;
+  // The metaballs' colours from the photographs instead of from the points (photo_colors.h): done
+  // after BuildLevel, by those who have the photographs.
+  bool photo_colors = false;
 };
 
 struct LevelStats {
@@ -30,8 +50,15 @@ struct LevelStats {
   // Share of the metaballs whose surroundings are too sparse for the surface to close (the local
   // spacing is far above the level's own): where holes are to be expected.
   double open_share = 0.0;
+  // Distances of all prepared points from the level's surface, world units: how well it keeps what
+  // was surveyed, the noise of the points included. The largest is the one-sided Hausdorff
+  // distance. No error is smaller than what is stated (surface_field.h says how they are measured).
+  // Negative: not known (a level built before they were measured).
+  double error_mean = -1.0, error_p95 = -1.0, error_max = -1.0;
   double seconds = 0.0;
   std::uint64_t cloud_bytes = 0;
+
+  bool HasErrors() const { return error_mean >= 0; }
 };
 
 struct Level {
@@ -39,6 +66,9 @@ struct Level {
   Cloud cloud;
   LevelStats stats;
   std::vector<Vec3f> normal;  // one a metaball, world axes; or empty
+  // How far each centre lies below the point of the surface that it stands for, against its normal,
+  // world units; or empty: the centres are those points.
+  std::vector<float> depth;
   // The photographs that see metaball i best, best first (as SurveyPoints::photo_begin, photo_idx).
   std::vector<std::uint32_t> photo_begin;
   std::vector<std::uint16_t> photo_idx;
@@ -55,6 +85,10 @@ struct PreparedPoints {
   std::vector<float> spacing;  // local spacing of each point, world units
   std::uint64_t source_points = 0;
   std::uint64_t outliers = 0;
+  // What nested levels are made of: all points in an order of which each level takes the first.
+  // Filled in by OrderPoints for one kind of reduction.
+  std::vector<std::uint32_t> order;
+  Reduction ordered_for = Reduction::kVoxel;
 };
 
 // Outlier removal (PCL), local spacing from the nearest neighbours, normals where missing
@@ -62,6 +96,10 @@ struct PreparedPoints {
 // points, ResourceError, Cancelled.
 PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers,
                              const Control& control = {});
+
+// Needed once before nested levels are built. Throws Cancelled; InputError for kVoxel, whose cells
+// do not nest.
+void OrderPoints(Reduction reduction, PreparedPoints* points, const Control& control = {});
 
 // The count reached is within 1 % of the target (or all points when there are fewer).
 // Deterministic: the same points give the same level on every machine and for any number of

@@ -12,14 +12,18 @@
 namespace sherd {
 namespace {
 
-enum class Fit { kNone, kResized, kExact };
+enum class Fit { kNone, kStretched, kResized, kExact };
 
-// Whether a picture of this size can be the camera's: the same, or the same shape within 0.5 %.
+// Whether a picture of this size can be the camera's: the same; the same shape within 0.5 %, or
+// within the rounding of its sides to whole pixels; or, stretched by up to 5 %, one that somebody's
+// tool has resized carelessly. Beyond that it is another picture, or a turned one.
 Fit FitOf(const PhotoSize& size, const SurveyCamera& camera) {
   const double w = static_cast<double>(camera.width), h = static_cast<double>(camera.height);
   if (size.width == w && size.height == h) return Fit::kExact;
-  const double ratio = (size.width * h) / (size.height * w);
-  return std::abs(ratio - 1) <= 0.005 ? Fit::kResized : Fit::kNone;
+  const double off = std::abs((size.width * h) / (size.height * w) - 1);
+  const double rounding = 1.0 / std::min(size.width, size.height);
+  if (off <= std::max(0.005, std::min(rounding, 0.02))) return Fit::kResized;
+  return off <= 0.05 ? Fit::kStretched : Fit::kNone;
 }
 
 bool SamePose(const Rigid3d& a, const Rigid3d& b) {
@@ -85,14 +89,20 @@ struct Rejected {
 };
 
 void CheckFit(const Photograph& photo, const SurveyCamera& camera, std::string* path,
-              Rejected* rejected) {
+              Rejected* rejected, Rejected* stretched) {
   if (path->empty()) return;
   try {
     const PhotoSize size = ReadPhotoSize(*path);
-    if (FitOf(size, camera) != Fit::kNone) return;
-    rejected->Add(photo.name + " is " + std::to_string(size.width) + " x " +
-                  std::to_string(size.height) + " pixels, its camera " +
-                  std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    const Fit fit = FitOf(size, camera);
+    if (fit == Fit::kExact || fit == Fit::kResized) return;
+    const std::string sizes = photo.name + " is " + std::to_string(size.width) + " x " +
+                              std::to_string(size.height) + " pixels, its camera " +
+                              std::to_string(camera.width) + " x " + std::to_string(camera.height);
+    if (fit == Fit::kStretched) {
+      stretched->Add(sizes);
+      return;
+    }
+    rejected->Add(sizes);
   } catch (const InputError& error) {
     rejected->Add(error.what());
   }
@@ -172,12 +182,12 @@ void LocatePhotographs(const Workspace& workspace, const std::string& photo_fold
         });
     if (!of_dense) originals.push_back(folder.path);
   }
-  Rejected rejected;
+  Rejected rejected, stretched;
   if (dense_root.empty()) {
     FindPhotographs(originals, &photos);
     for (Photograph& photo : photos) {
       control.ThrowIfStopped();
-      CheckFit(photo, survey->cameras[photo.camera_idx], &photo.path, &rejected);
+      CheckFit(photo, survey->cameras[photo.camera_idx], &photo.path, &rejected, &stretched);
     }
   } else {
     std::vector<bool> has_original;
@@ -189,7 +199,7 @@ void LocatePhotographs(const Workspace& workspace, const std::string& photo_fold
       control.ThrowIfStopped();
       Photograph& photo = photos[i];
       const SurveyCamera& camera = survey->cameras[photo.camera_idx];
-      CheckFit(photo, camera, &photo.path, &rejected);
+      CheckFit(photo, camera, &photo.path, &rejected, &stretched);
       if (search[i].path.empty()) continue;
       TakeIfItFits(*survey, search[i].path, has_original[i], true, &photo, &rejected);
     }
@@ -199,6 +209,13 @@ void LocatePhotographs(const Workspace& workspace, const std::string& photo_fold
                                (rejected.count == 1 ? " photograph is" : " photographs are") +
                                " left out because the file does not fit the camera: " +
                                rejected.example + (rejected.count > 1 ? " (and others)" : ""));
+  }
+  if (stretched.count > 0) {
+    survey->warnings.push_back(
+        std::to_string(stretched.count) + " of " + std::to_string(photos.size()) +
+        " photographs have another shape than their camera (by more than 0.5 %) and are scaled by "
+        "width and height: " +
+        stretched.example + (stretched.count > 1 ? " (and others)" : ""));
   }
   const auto missing = static_cast<std::size_t>(std::count_if(
       photos.begin(), photos.end(),

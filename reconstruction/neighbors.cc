@@ -64,6 +64,28 @@ int NeighborSearch::Nearest(std::size_t i, int k, int* idx, float* distance) con
   return found;
 }
 
+int NeighborSearch::Within(std::size_t i, double radius, int k, int* idx, float* distance) const {
+  thread_local pcl::Indices indices;
+  thread_local std::vector<float> squared;
+  const int found = impl_->tree.radiusSearch((*impl_->cloud)[i], radius / impl_->frame.unit,
+                                             indices, squared, static_cast<unsigned>(k));
+  for (int j = 0; j < found; ++j) {
+    idx[j] = indices[j];
+    distance[j] =
+        static_cast<float>(std::sqrt(static_cast<double>(squared[j])) * impl_->frame.unit);
+  }
+  return found;
+}
+
+int NeighborSearch::NearestTo(const Vec3d& p) const {
+  if (impl_->cloud->empty()) return -1;
+  thread_local pcl::Indices indices;
+  thread_local std::vector<float> squared;
+  const Vec3f q = impl_->frame.Local(p);
+  const int found = impl_->tree.nearestKSearch(pcl::PointXYZ(q.x, q.y, q.z), 1, indices, squared);
+  return found > 0 ? indices[0] : -1;
+}
+
 int NeighborSearch::CountWithin(std::size_t i, double radius) const {
   thread_local pcl::Indices indices;
   thread_local std::vector<float> squared;

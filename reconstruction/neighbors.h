@@ -31,6 +31,10 @@ class NeighborSearch {
   // first where points coincide). Fewer where there are fewer points. distance in world units.
   // Returns their number. Thread-safe; the same on every call.
   int Nearest(std::size_t i, int k, int* idx, float* distance) const;
+  // The same within `radius` (world units), at most k.
+  int Within(std::size_t i, double radius, int k, int* idx, float* distance) const;
+  // The nearest point to p; -1 where there are none.
+  int NearestTo(const Vec3d& p) const;
   // Points within `radius` (world units) of point i, itself included.
   int CountWithin(std::size_t i, double radius) const;
 

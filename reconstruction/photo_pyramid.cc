@@ -165,4 +165,33 @@ Vec3f PhotoPyramid::Sample(float x, float y, float level) const {
   return f > 0 && lower + 1 < levels_.size() ? a * (1 - f) + at(lower + 1) * f : a;
 }
 
+Vec3f PhotoPyramid::SampleSharply(float x, float y, int level) const {
+  const int i = std::clamp(level - finest_, 0, static_cast<int>(levels_.size()) - 1);
+  const PhotoLevel& pixels = levels_[static_cast<std::size_t>(i)];
+  const float scale = std::ldexp(1.0f, -(finest_ + i));
+  const float* const table = SrgbToLinearTable();
+  x = std::clamp(x * scale - 0.5f, 0.0f, static_cast<float>(pixels.width - 1));
+  y = std::clamp(y * scale - 0.5f, 0.0f, static_cast<float>(pixels.height - 1));
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+  const auto weights = [](float t, float* w) {
+    w[0] = t * (-0.5f + t * (1 - 0.5f * t));
+    w[1] = 1 + t * t * (-2.5f + 1.5f * t);
+    w[2] = t * (0.5f + t * (2 - 1.5f * t));
+    w[3] = t * t * (-0.5f + 0.5f * t);
+  };
+  float wx[4], wy[4];
+  weights(x - static_cast<float>(x0), wx);
+  weights(y - static_cast<float>(y0), wy);
+  Vec3f sum{};
+  for (int j = 0; j < 4; ++j) {
+    const int py = std::clamp(y0 + j - 1, 0, pixels.height - 1);
+    for (int k = 0; k < 4; ++k) {
+      const int px = std::clamp(x0 + k - 1, 0, pixels.width - 1);
+      const Rgb8 c = pixels.pixels[static_cast<std::size_t>(py) * pixels.width + px];
+      sum += Vec3f{table[c.r], table[c.g], table[c.b]} * (wx[k] * wy[j]);
+    }
+  }
+  return {std::max(sum.x, 0.0f), std::max(sum.y, 0.0f), std::max(sum.z, 0.0f)};
+}
+
 }  // namespace sherd

@@ -34,6 +34,9 @@ class PhotoPyramid {
   // Linear colour at (x, y), pixels of level 0 with pixel centres at (0.5, 0.5), clamped to the
   // picture; between two levels, `level` >= 0.
   Vec3f Sample(float x, float y, float level) const;
+  // The same of one level by Catmull and Rom's cubic: for pictures finer than the photograph. Not
+  // negative.
+  Vec3f SampleSharply(float x, float y, int level) const;
 
   const std::vector<PhotoLevel>& levels() const { return levels_; }
 

@@ -1,267 +1,317 @@
 // Deferred shading of a finished frame from the photographs.
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <optional>
+#include <list>
+#include <memory>
 
 #include "metaball/error.h"
 #include "metaball/local_view.h"
 #include "reconstruction/parallel.h"
-#include "reconstruction/photo_store.h"
-#include "reconstruction/photo_view.h"
+#include "reconstruction/photo_exposure.h"
+#include "reconstruction/photo_selection.h"
+#include "reconstruction/photo_set.h"
 #include "reconstruction/photographs.h"
+#include "reconstruction/surface_depths.h"
 #include "reconstruction/surface_point.h"
 
 namespace sherd {
 namespace {
 
-constexpr std::size_t kBandHits = 1 << 19;  // surface pixels worked on at once
-constexpr std::size_t kBlock = 2048;
-constexpr std::size_t kMostPhotos = 4;  // blended at one place
-constexpr int kMostSamples = 8;         // along the longer axis of a footprint
+constexpr std::size_t kBandHits = 1 << 18;  // surface pixels worked on at once
+constexpr std::size_t kBlock = 1024;
+// The photographs a picture may use: the nearest by direction at points of a grid over it.
+constexpr int kGridPixels = 24;
+constexpr std::size_t kNearestAtPoint = 12;
+constexpr std::size_t kMostLevels = 4;  // whose depth maps are kept
+// Places at which exposures are compared, and photographs that look at each.
+constexpr std::size_t kExposurePlaces = 8000;
+constexpr std::size_t kExposurePhotos = 8;
+// What is finer than this is taken from the best photograph almost alone, what is coarser is
+// blended from all (Burt and Adelson's idea with two bands, over weights instead of masks).
+constexpr float kBandOctaves = 3;
+constexpr float kSharpness = 3;  // exponent of the fine band's weights
+// A photograph whose surroundings differ from the others' median by this much (natural logarithm)
+// has half its weight.
+constexpr float kDisagreement = 0.35f;
 
 // One photograph's part in one pixel.
-struct Lookup {
-  std::uint32_t hit = 0;  // within the band
-  std::uint16_t photo = 0;
-  std::uint16_t samples = 1;
-  float weight = 0;
-  float x = 0, y = 0;            // pixels of the file
-  float axis_x = 0, axis_y = 0;  // the footprint's longer axis, whole
-  float level = 0;
+struct Sample {
+  Vec3f color{}, around{};
+  bool there = false;
 };
 
 struct Band {
   std::vector<std::uint32_t> pixel;  // of each hit
-  std::vector<Lookup> lookups;
+  std::vector<std::uint32_t> begin;  // lookups of hit i: begin[i] .. begin[i + 1]
+  std::vector<PhotoLookup> lookups;
 };
 
-// The footprint of a pixel: the images a and b of its two sides in the photograph.
-void SetFootprint(double ax, double ay, double bx, double by, Lookup* lookup) {
-  // Singular values of [a b]: the axes of the ellipse.
-  const double e = (ax * ax + ay * ay + bx * bx + by * by) / 2;
-  const double det = ax * by - ay * bx;
-  const double root = std::sqrt(std::max(0.0, e * e - det * det));
-  const double longer = std::sqrt(e + root);
-  const double shorter = longer > 0 ? std::abs(det) / longer : 0;
-  // The longer axis in the photograph: the eigenvector of a a^T + b b^T.
-  const double xx = ax * ax + bx * bx, xy = ax * ay + bx * by, yy = ay * ay + by * by;
-  double ux = xx - yy + 2 * root, uy = 2 * xy;
-  if (std::abs(ux) + std::abs(uy) < 1e-12 * (xx + yy)) {
-    ux = xx >= yy ? 1 : 0;
-    uy = xx >= yy ? 0 : 1;
+Vec3f Times(const Vec3f& a, const Vec3f& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+
+float LumaOf(const Vec3f& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+
+// The colour that the samples of one place make; false without any.
+bool Blend(const PhotoLookup* lookups, const Sample* samples, std::size_t count, Vec3f* color) {
+  float weight[kMostPhotos], luma[kMostPhotos];
+  std::size_t n = 0, at[kMostPhotos];
+  float most = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!samples[i].there) continue;
+    weight[n] = lookups[i].weight;
+    luma[n] = std::log(0.01f + LumaOf(samples[i].around));
+    most = std::max(most, weight[n]);
+    at[n++] = i;
   }
-  const double length = std::hypot(ux, uy);
-  const double samples =
-      std::clamp(std::ceil(longer / std::max(shorter, 1.0)), 1.0, double(kMostSamples));
-  lookup->samples = static_cast<std::uint16_t>(samples);
-  lookup->axis_x = static_cast<float>(length > 0 ? ux / length * longer : 0);
-  lookup->axis_y = static_cast<float>(length > 0 ? uy / length * longer : 0);
-  lookup->level = static_cast<float>(std::log2(std::max(1.0, longer / samples)));
+  if (n == 0) return false;
+  // The weighted median, each photograph's say between the square root of its weight and it.
+  std::size_t order[kMostPhotos];
+  for (std::size_t i = 0; i < n; ++i) order[i] = i;
+  std::sort(order, order + n, [&](std::size_t a, std::size_t b) { return luma[a] < luma[b]; });
+  float total = 0, passed = 0, median = luma[order[0]];
+  for (std::size_t i = 0; i < n; ++i) total += std::sqrt(weight[i] / most);
+  for (std::size_t i = 0; i < n; ++i) {
+    const float w = std::sqrt(weight[order[i]] / most);
+    passed += w;
+    if (passed >= total / 2) {
+      median = luma[order[i]];
+      break;
+    }
+  }
+  if (n > 2) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const float off = (luma[i] - median) / kDisagreement;
+      weight[i] /= 1 + off * off;
+    }
+  }
+  Vec3f coarse{}, fine{};
+  float coarse_weight = 0, fine_weight = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Sample& s = samples[at[i]];
+    const float sharp = std::pow(weight[i] / most, kSharpness);
+    coarse += s.around * weight[i];
+    coarse_weight += weight[i];
+    fine += (s.color - s.around) * sharp;
+    fine_weight += sharp;
+  }
+  const Vec3f c = coarse * (1 / coarse_weight) + fine * (1 / std::max(fine_weight, 1e-30f));
+  *color = {std::max(c.x, 0.0f), std::max(c.y, 0.0f), std::max(c.z, 0.0f)};
+  return true;
 }
 
-// 1 inside, falling to 0 over the outer twentieth of the picture.
-double BorderWeight(double x, double y, double width, double height) {
-  const double margin = 0.05 * std::min(width, height);
-  const double distance = std::min({x, y, width - x, height - y});
-  const double t = std::clamp(distance / margin, 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
+// What belongs to one cloud and surface: kept from picture to picture.
+struct KnownLevel {
+  std::uint64_t key = 0;
+  std::unique_ptr<SurfaceDepths> depths;
+};
 
 }  // namespace
 
 struct PhotographShader::Impl {
-  Impl(const Survey& s, int memory_mb)
-      : survey(s),
-        store(static_cast<std::size_t>(std::max(1, memory_mb)) << 20),
-        views(s.photographs.size()),
-        tried(s.photographs.size(), false) {}
+  Impl(const Survey& survey, const PhotoShadingOptions& o)
+      : options(o),
+        bytes(static_cast<std::size_t>(std::max(1, o.memory_mb)) << 20),
+        photos(survey, bytes - bytes / 4, o.leave_out) {}
 
-  const Survey& survey;
-  PhotoStore store;
-  std::vector<std::optional<PhotoView>> views;  // made when first needed
-  std::vector<bool> tried;
-  std::vector<std::string> problems;
+  const PhotoShadingOptions options;
+  const std::size_t bytes;
+  PhotoSet photos;              // three quarters of the memory
+  std::list<KnownLevel> known;  // one quarter; the one used last first
+  std::vector<Vec3f> gain;      // by photograph; empty until they are known
 
-  void PrepareViews(const Level& level);
-  void CollectLookups(const SurfaceSampler& sampler, const Camera& camera, const Frame& frame,
-                      Band* band, const Control& control) const;
-  void SamplePhotos(const Band& band, std::vector<Vec3f>* color, std::vector<float>* weight,
-                    std::vector<bool>* used, const Control& control);
+  SurfaceDepths& DepthsOf(const Level& level, const Surface& surface);
+  void FindGains(const Level& level, SurfaceDepths* depths, const Control& control);
+  std::vector<std::uint32_t> Candidates(const SurfaceDepths& depths, const Camera& camera,
+                                        const Frame& frame) const;
+  void Select(const PhotoSelector& selector, const SurfaceSampler& sampler, const Level& level,
+              const Camera& camera, const Frame& frame, Band* band, const Control& control) const;
 };
 
-void PhotographShader::Impl::PrepareViews(const Level& level) {
-  std::vector<bool> needed(views.size(), false);
-  for (const std::uint16_t photo : level.photo_idx) {
-    if (photo < needed.size()) needed[photo] = true;
+SurfaceDepths& PhotographShader::Impl::DepthsOf(const Level& level, const Surface& surface) {
+  const std::uint64_t key = SurfaceDepths::KeyOf(level, surface);
+  const auto found =
+      std::find_if(known.begin(), known.end(), [&](const KnownLevel& k) { return k.key == key; });
+  if (found != known.end()) {
+    known.splice(known.begin(), known, found);
+  } else {
+    if (known.size() == kMostLevels) known.pop_back();
+    known.push_front({key, std::make_unique<SurfaceDepths>(photos.survey(), level, surface,
+                                                           bytes / 4 / kMostLevels)});
   }
-  for (std::size_t i = 0; i < views.size(); ++i) {
-    if (!needed[i] || tried[i]) continue;
-    tried[i] = true;
-    try {
-      views[i].emplace(survey, i);
-    } catch (const InputError& error) {
-      problems.push_back(error.what());
-    }
-  }
+  return *known.front().depths;
 }
 
-void PhotographShader::Impl::CollectLookups(const SurfaceSampler& sampler, const Camera& camera,
-                                            const Frame& frame, Band* band,
-                                            const Control& control) const {
+// Exposures are compared at metaballs spread evenly over the cloud (it is in Morton order), in the
+// photographs that the level lists there, or, where it has no lists, that see the place.
+void PhotographShader::Impl::FindGains(const Level& level, SurfaceDepths* depths,
+                                       const Control& control) {
+  const std::size_t n = level.cloud.size();
+  const bool lists = level.photo_begin.size() == n + 1;
+  const bool normals = level.normal.size() == n;
+  std::vector<bool> all(photos.size(), true);
+  if (!lists) depths->Prepare(level, all, control);
+  const std::size_t step = std::max<std::size_t>(1, n / kExposurePlaces);
+  std::vector<PhotoLookup> lookups;
+  std::vector<ExposureSample> samples;
+  std::uint32_t place = 0;
+  for (std::size_t i = 0; i < n; i += step) {
+    const Vec3d center = level.cloud.frame.WorldFromLocal(level.cloud.center[i]);
+    const double spacing = level.stats.spacing > 0
+                               ? level.stats.spacing
+                               : level.cloud.RadiusOf(i) * level.cloud.frame.unit / 2;
+    std::size_t count = 0;
+    const auto add = [&](std::uint32_t photo) {
+      const PhotoView* const view = photos.View(photo);
+      if (!view || count == kExposurePhotos) return;
+      const Vec3d way = view->center() - center;
+      const double distance = Length(way);
+      if (normals && !(Dot(way, level.normal[i].cast<double>()) > 0.3 * distance)) return;
+      // The mean over a square as wide as a few metaballs, as it faces the photograph.
+      const Vec3d across =
+          Normalized(
+              Cross(way, std::abs(way.x) < std::abs(way.y) ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})) *
+          (4 * spacing);
+      const Vec3d along = Normalized(Cross(way, across)) * (4 * spacing);
+      double x, y, ax, ay, bx, by;
+      if (!view->Project(center, &x, &y) || !view->Project(center + across, &ax, &ay) ||
+          !view->Project(center + along, &bx, &by)) {
+        return;
+      }
+      PhotoLookup lookup;
+      lookup.target = place;
+      lookup.photo = photo;
+      lookup.x = static_cast<float>(x);
+      lookup.y = static_cast<float>(y);
+      SetFootprint(ax - x, ay - y, bx - x, by - y, &lookup);
+      lookups.push_back(lookup);
+      ++count;
+    };
+    if (lists) {
+      for (std::uint32_t j = level.photo_begin[i]; j < level.photo_begin[i + 1]; ++j) {
+        add(level.photo_idx[j]);
+      }
+    } else {
+      for (std::uint32_t photo = 0; photo < photos.size(); ++photo) {
+        const Vec3f normal = normals ? level.normal[i] : Vec3f{};
+        if (depths->At(photo, center, normal, 3 * spacing).visible > 0.99f) add(photo);
+      }
+    }
+    ++place;
+  }
+  samples.resize(lookups.size());
+  std::vector<char> there(lookups.size(), 0);
+  photos.Visit(
+      lookups, "comparing exposures",
+      [&](std::size_t i, const PhotoPyramid& pyramid) {
+        samples[i] = {lookups[i].target, lookups[i].photo, SampleFootprint(pyramid, lookups[i])};
+        there[i] = 1;
+      },
+      control);
+  std::vector<ExposureSample> kept;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (there[i]) kept.push_back(samples[i]);
+  }
+  gain = EvenExposures(kept, place, photos.size());
+}
+
+std::vector<std::uint32_t> PhotographShader::Impl::Candidates(const SurfaceDepths& depths,
+                                                              const Camera& camera,
+                                                              const Frame& frame) const {
+  std::vector<std::uint32_t> all;
+  for (std::uint32_t i = 0; i < photos.size(); ++i) {
+    if (photos.View(i)) all.push_back(i);
+  }
+  if (all.size() <= kNearestAtPoint) return all;
+  const PhotoSelector selector(photos, depths, all);
+  const int columns = (frame.width + kGridPixels - 1) / kGridPixels;
+  const int rows = (frame.height + kGridPixels - 1) / kGridPixels;
+  std::vector<std::vector<std::uint32_t>> nearest(static_cast<std::size_t>(rows));
+  ParallelBlocks(static_cast<std::size_t>(rows), 1, [&](std::size_t row, std::size_t) {
+    for (int column = 0; column < columns; ++column) {
+      // The first hit of the cell.
+      bool found = false;
+      for (int y = static_cast<int>(row) * kGridPixels;
+           y < std::min<int>(frame.height, static_cast<int>(row + 1) * kGridPixels) && !found;
+           ++y) {
+        for (int x = column * kGridPixels;
+             x < std::min(frame.width, (column + 1) * kGridPixels) && !found; ++x) {
+          const std::size_t pixel = static_cast<std::size_t>(y) * frame.width + x;
+          if (frame.id[pixel] < 0) continue;
+          found = true;
+          const RayD ray = RayThrough(camera, x + 0.5, y + 0.5);
+          selector.Nearest(ray.origin + ray.direction * double(frame.depth[pixel]),
+                           frame.normal[pixel], -ray.direction, kNearestAtPoint, &nearest[row]);
+        }
+      }
+    }
+  });
+  std::vector<bool> needed(photos.size(), false);
+  for (const auto& row : nearest) {
+    for (const std::uint32_t photo : row) needed[photo] = true;
+  }
+  std::erase_if(all, [&](std::uint32_t photo) { return !needed[photo]; });
+  return all;
+}
+
+void PhotographShader::Impl::Select(const PhotoSelector& selector, const SurfaceSampler& sampler,
+                                    const Level& level, const Camera& camera, const Frame& frame,
+                                    Band* band, const Control& control) const {
   const std::size_t blocks = (band->pixel.size() + kBlock - 1) / kBlock;
-  std::vector<std::vector<Lookup>> found(blocks);
+  std::vector<std::vector<PhotoLookup>> found(blocks);
   ParallelBlocks(
       band->pixel.size(), kBlock,
       [&](std::size_t begin, std::size_t end) {
-        std::vector<Lookup>& out = found[begin / kBlock];
-        SurfacePoint point;
-        std::vector<Lookup> candidates;
+        ViewedPoint point;
         for (std::size_t i = begin; i < end; ++i) {
           const std::uint32_t pixel = band->pixel[i];
           const double px = pixel % static_cast<std::uint32_t>(frame.width) + 0.5;
           const double py = pixel / static_cast<std::uint32_t>(frame.width) + 0.5;
           const RayD ray = RayThrough(camera, px, py);
-          const Vec3d hit = ray.origin + ray.direction * double(frame.depth[pixel]);
-          sampler.Sample(hit, ray.direction, frame.id[pixel], frame.normal[pixel], &point);
-          if (point.photos.empty()) continue;
+          point.hit = ray.origin + ray.direction * double(frame.depth[pixel]);
+          point.to_viewer = -ray.direction;
+          sampler.Sample(point.hit, ray.direction, frame.id[pixel], frame.normal[pixel],
+                         &point.surface);
+          // Half a metaball: the depth maps were sampled elsewhere on the same bumps.
+          point.tolerance = 0.5 * level.cloud.RadiusOf(static_cast<std::size_t>(frame.id[pixel])) *
+                            level.cloud.frame.unit;
           // Where the rays of the neighbouring pixels meet the tangent plane.
-          const Vec3d normal = point.normal.cast<double>();
-          const auto on_plane = [&](const RayD& r) {
-            const double slope = Dot(r.direction, normal);
-            const double safe = std::abs(slope) > 0.05 ? slope : slope < 0 ? -0.05 : 0.05;
-            return r.origin + r.direction * (Dot(point.position - r.origin, normal) / safe);
-          };
+          const Vec3d normal = point.surface.normal.cast<double>();
+          const Vec3d& position = point.surface.position;
           const double slope = Dot(ray.direction, normal);
-          Vec3d side_x, side_y;
           if (std::abs(slope) > 0.05) {
-            side_x = on_plane(RayThrough(camera, px + 1, py)) - point.position;
-            side_y = on_plane(RayThrough(camera, px, py + 1)) - point.position;
+            const auto on_plane = [&](const RayD& r) {
+              const double other = Dot(r.direction, normal);
+              const double safe = std::abs(other) > 0.05 ? other : other < 0 ? -0.05 : 0.05;
+              return r.origin + r.direction * (Dot(position - r.origin, normal) / safe);
+            };
+            point.side_x = on_plane(RayThrough(camera, px + 1, py)) - position;
+            point.side_y = on_plane(RayThrough(camera, px, py + 1)) - position;
           } else {  // nearly along the surface: the pixel as it faces the viewer
-            const double size = camera.PixelSizeAt(
-                std::max(1e-12, Dot(point.position - camera.eye, camera.forward)));
-            side_x = camera.right * size;
-            side_y = camera.down * size;
+            const double size =
+                camera.PixelSizeAt(std::max(1e-12, Dot(position - camera.eye, camera.forward)));
+            point.side_x = camera.right * size;
+            point.side_y = camera.down * size;
           }
-          candidates.clear();
-          for (const SurfacePoint::PhotoShare& share : point.photos) {
-            if (share.photo >= views.size() || !views[share.photo]) continue;
-            const PhotoView& view = *views[share.photo];
-            const Vec3d to_photo = view.center() - point.position;
-            const double cosine = Dot(Normalized(to_photo), normal);
-            if (!(cosine > 0.05)) continue;
-            double x, y, ax, ay, bx, by;
-            if (!view.Project(point.position, &x, &y) ||
-                !view.Project(point.position + side_x, &ax, &ay) ||
-                !view.Project(point.position + side_y, &bx, &by)) {
-              continue;
-            }
-            Lookup lookup;
-            lookup.hit = static_cast<std::uint32_t>(i);
-            lookup.photo = share.photo;
-            lookup.x = static_cast<float>(x);
-            lookup.y = static_cast<float>(y);
-            SetFootprint(ax - x, ay - y, bx - x, by - y, &lookup);
-            // Detail counts as far as the picture can show it: photograph pixels per picture pixel,
-            // up to one.
-            const double area = std::abs((ax - x) * (by - y) - (ay - y) * (bx - x));
-            const double detail = std::min(1.0, area);
-            lookup.weight = static_cast<float>(share.weight * cosine * cosine * detail *
-                                               BorderWeight(x, y, view.width(), view.height()));
-            if (lookup.weight > 0) candidates.push_back(lookup);
-          }
-          if (candidates.size() > kMostPhotos) {
-            std::partial_sort(candidates.begin(), candidates.begin() + kMostPhotos + 1,
-                              candidates.end(), [](const Lookup& a, const Lookup& b) {
-                                return a.weight != b.weight ? a.weight > b.weight
-                                                            : a.photo < b.photo;
-                              });
-            // The weight of the first one left out is taken off: what enters or leaves the list
-            // from pixel to pixel does so at weight 0, without a seam.
-            const float floor = candidates[kMostPhotos].weight;
-            candidates.resize(kMostPhotos);
-            if (candidates.front().weight > floor) {
-              for (Lookup& lookup : candidates) lookup.weight -= floor;
-            }
-          }
-          out.insert(out.end(), candidates.begin(), candidates.end());
+          selector.Select(point, static_cast<std::uint32_t>(i), &found[begin / kBlock]);
         }
       },
       control);
+  band->begin.assign(band->pixel.size() + 1, 0);
   for (const auto& part : found) {
+    for (const PhotoLookup& lookup : part) ++band->begin[lookup.target + 1];
     band->lookups.insert(band->lookups.end(), part.begin(), part.end());
   }
+  for (std::size_t i = 0; i < band->pixel.size(); ++i) band->begin[i + 1] += band->begin[i];
 }
 
-void PhotographShader::Impl::SamplePhotos(const Band& band, std::vector<Vec3f>* color,
-                                          std::vector<float>* weight, std::vector<bool>* used,
-                                          const Control& control) {
-  // Lookups by photograph: each photograph is decoded once a band.
-  std::vector<std::uint32_t> begin(views.size() + 1, 0);
-  for (const Lookup& lookup : band.lookups) ++begin[std::size_t{lookup.photo} + 1];
-  for (std::size_t i = 0; i < views.size(); ++i) begin[i + 1] += begin[i];
-  std::vector<std::uint32_t> order(band.lookups.size());
-  {
-    std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-    for (std::size_t i = 0; i < band.lookups.size(); ++i) {
-      order[next[band.lookups[i].photo]++] = static_cast<std::uint32_t>(i);
-    }
-  }
-  std::vector<PhotoStore::Request> requests;
-  std::vector<std::size_t> photo_of;
-  for (std::size_t photo = 0; photo < views.size(); ++photo) {
-    if (begin[photo] == begin[photo + 1]) continue;
-    float finest = 30;
-    for (std::uint32_t i = begin[photo]; i < begin[photo + 1]; ++i) {
-      finest = std::min(finest, band.lookups[order[i]].level);
-    }
-    const PhotoView& view = *views[photo];
-    requests.push_back({view.path(), view.width(), view.height(), static_cast<int>(finest)});
-    photo_of.push_back(photo);
-  }
-  for (std::size_t r = 0; r < requests.size();) {
-    control.Report("projecting the photographs",
-                   static_cast<double>(r) / static_cast<double>(requests.size()));
-    const auto pyramids = store.Fetch(requests, r, control, &problems);
-    for (const auto& pyramid : pyramids) {
-      const std::size_t photo = photo_of[r++];
-      if (!pyramid) {
-        views[photo].reset();
-        continue;
-      }
-      (*used)[photo] = true;
-      const std::uint32_t first = begin[photo];
-      // A pixel looks up each photograph once: no two of these write to the same place.
-      ParallelBlocks(
-          begin[photo + 1] - first, kBlock,
-          [&](std::size_t from, std::size_t to) {
-            for (std::size_t i = from; i < to; ++i) {
-              const Lookup& lookup = band.lookups[order[first + i]];
-              Vec3f sum{};
-              for (int s = 0; s < lookup.samples; ++s) {
-                const float t =
-                    (static_cast<float>(s) + 0.5f) / static_cast<float>(lookup.samples) - 0.5f;
-                sum += pyramid->Sample(lookup.x + t * lookup.axis_x, lookup.y + t * lookup.axis_y,
-                                       lookup.level);
-              }
-              (*color)[lookup.hit] += sum * (lookup.weight / static_cast<float>(lookup.samples));
-              (*weight)[lookup.hit] += lookup.weight;
-            }
-          },
-          control);
-    }
-  }
-}
-
-PhotographShader::PhotographShader(const Survey& survey, int memory_mb)
-    : impl_(std::make_unique<Impl>(survey, memory_mb)) {}
+PhotographShader::PhotographShader(const Survey& survey, const PhotoShadingOptions& options)
+    : impl_(std::make_unique<Impl>(survey, options)) {}
 PhotographShader::~PhotographShader() = default;
 PhotographShader::PhotographShader(PhotographShader&&) noexcept = default;
 
-PhotoShadingStats PhotographShader::Shade(const Level& level, const Camera& camera,
-                                          const Lighting& lighting, Frame* frame,
-                                          const Control& control) {
+PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& surface,
+                                          const Camera& camera, const Lighting& lighting,
+                                          Frame* frame, const Control& control) {
   const auto start = std::chrono::steady_clock::now();
   const std::size_t pixels = frame->color.size();
   if (frame->depth.size() != pixels || frame->normal.size() != pixels ||
@@ -270,60 +320,69 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Camera& came
     throw Error("colours from photographs need a frame with depth, normal and id of this camera");
   }
   PhotoShadingStats stats;
-  impl_->problems.clear();
-  if (level.photo_begin.size() == level.cloud.size() + 1) {
-    impl_->PrepareViews(level);
-    const SurfaceSampler sampler(level);
-    const FrameLight light = PrepareLight(lighting);
-    std::vector<bool> used(impl_->views.size(), false);
-    for (std::size_t next = 0; next < pixels;) {
-      control.ThrowIfStopped();
-      Band band;
-      for (; next < pixels && band.pixel.size() < kBandHits; ++next) {
-        const std::int32_t id = frame->id[next];
-        if (id < 0 || static_cast<std::size_t>(id) >= level.cloud.size()) continue;
-        if (frame->color[next].a > 0) band.pixel.push_back(static_cast<std::uint32_t>(next));
-      }
-      if (band.pixel.empty()) continue;
-      impl_->CollectLookups(sampler, camera, *frame, &band, control);
-      std::vector<Vec3f> color(band.pixel.size());
-      std::vector<float> weight(band.pixel.size(), 0.0f);
-      impl_->SamplePhotos(band, &color, &weight, &used, control);
-      for (std::size_t i = 0; i < band.pixel.size(); ++i) {
-        ++stats.pixels;
-        if (!(weight[i] > 0)) {
-          ++stats.without_photo;
-          continue;
-        }
+  PhotoSet& photos = impl_->photos;
+  photos.ClearUsed();
+  photos.Prepare(std::vector<bool>(photos.size(), true));
+  SurfaceDepths& depths = impl_->DepthsOf(level, surface);
+  if (impl_->gain.empty() && impl_->options.even_exposures) {
+    impl_->FindGains(level, &depths, control);
+    photos.ClearUsed();
+  }
+  const std::vector<std::uint32_t> candidates = impl_->Candidates(depths, camera, *frame);
+  std::vector<bool> needed(photos.size(), false);
+  for (const std::uint32_t photo : candidates) needed[photo] = true;
+  depths.Prepare(level, needed, control);
+  const PhotoSelector selector(photos, depths, candidates);
+  const SurfaceSampler sampler(level);
+  const FrameLight light = PrepareLight(lighting);
+  for (std::size_t next = 0; next < pixels;) {
+    control.ThrowIfStopped();
+    Band band;
+    for (; next < pixels && band.pixel.size() < kBandHits; ++next) {
+      const std::int32_t id = frame->id[next];
+      if (id < 0 || static_cast<std::size_t>(id) >= level.cloud.size()) continue;
+      if (frame->color[next].a > 0) band.pixel.push_back(static_cast<std::uint32_t>(next));
+    }
+    if (band.pixel.empty()) continue;
+    impl_->Select(selector, sampler, level, camera, *frame, &band, control);
+    std::vector<Sample> samples(band.lookups.size());
+    photos.Visit(
+        band.lookups, "projecting the photographs",
+        [&](std::size_t i, const PhotoPyramid& pyramid) {
+          const PhotoLookup& lookup = band.lookups[i];
+          const Vec3f gain = impl_->gain.empty() ? Vec3f{1, 1, 1} : impl_->gain[lookup.photo];
+          samples[i] = {Times(SampleFootprint(pyramid, lookup), gain),
+                        Times(SampleSurroundings(pyramid, lookup, kBandOctaves), gain), true};
+        },
+        control);
+    for (std::size_t i = 0; i < band.pixel.size(); ++i) {
+      ++stats.pixels;
+      const std::uint32_t pixel = band.pixel[i];
+      const std::size_t first = band.begin[i];
+      Vec3f color;
+      if (Blend(&band.lookups[first], &samples[first], band.begin[i + 1] - first, &color)) {
         ++stats.from_photos;
-        const std::uint32_t pixel = band.pixel[i];
-        const RayD ray = RayThrough(camera, pixel % static_cast<std::uint32_t>(frame->width) + 0.5,
-                                    pixel / static_cast<std::uint32_t>(frame->width) + 0.5);
-        const Vec3f lit = sherd::Shade(light, color[i] * (1 / weight[i]), frame->normal[pixel],
-                                       (-ray.direction).cast<float>());
-        Pixel& out = frame->color[pixel];
-        out.r = lit.x * out.a;
-        out.g = lit.y * out.a;
-        out.b = lit.z * out.a;
+      } else {
+        ++stats.without_photo;
+        if (!impl_->options.show_unseen) continue;
+        color = LinearFromRgb8(kUnseenColor);
       }
-    }
-    stats.photos_used = static_cast<std::uint64_t>(std::count(used.begin(), used.end(), true));
-  } else {
-    // Which photographs see a place is not known: every surface pixel keeps its colour.
-    stats.pixels = stats.without_photo = static_cast<std::uint64_t>(
-        std::count_if(frame->id.begin(), frame->id.end(), [](std::int32_t id) { return id >= 0; }));
-    if (stats.pixels > 0) {
-      stats.warnings.push_back(
-          "which photographs see the surface is not known: the points' own colours are shown");
+      const RayD ray = RayThrough(camera, pixel % static_cast<std::uint32_t>(frame->width) + 0.5,
+                                  pixel / static_cast<std::uint32_t>(frame->width) + 0.5);
+      const Vec3f lit =
+          sherd::Shade(light, color, frame->normal[pixel], (-ray.direction).cast<float>());
+      Pixel& out = frame->color[pixel];
+      out.r = lit.x * out.a;
+      out.g = lit.y * out.a;
+      out.b = lit.z * out.a;
     }
   }
-  for (std::size_t i = 0; i < impl_->views.size(); ++i) {
-    stats.photos_unreadable += impl_->tried[i] && !impl_->views[i];
-  }
-  if (!impl_->problems.empty()) {
-    const std::size_t n = impl_->problems.size();
+  stats.photos_used = photos.used();
+  stats.photos_unreadable = photos.unreadable();
+  if (!photos.problems().empty()) {
+    const std::size_t n = photos.problems().size();
     stats.warnings.push_back(std::to_string(n) + (n == 1 ? " photograph" : " photographs") +
-                             " could not be used: " + impl_->problems.front() +
+                             " could not be used: " + photos.problems().front() +
                              (n > 1 ? " (and others)" : ""));
   }
   stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -93,6 +93,9 @@ Camera CameraOfPhotograph(const Survey& survey, std::size_t photo_idx, int width
   camera.down = pose.InverseRotate({0, 1, 0});
   camera.forward = pose.InverseRotate({0, 0, 1});
   own.Pinhole(&camera.fx, &camera.fy, &camera.cx, &camera.cy);
+  // So that dense points lie where the photograph shows them.
+  camera.cx += survey.dense_pixel_offset;
+  camera.cy += survey.dense_pixel_offset;
   if (width <= 0 && height <= 0) return camera;
   // A side that is left open follows the photograph's shape.
   const auto following = [](int side, double ratio) {

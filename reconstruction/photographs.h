@@ -31,6 +31,14 @@ struct PhotoImage {
 };
 PhotoImage ReadPhoto(const std::string& path, int max_side = 0);
 
+struct PhotoShadingOptions {
+  int memory_mb = 1024;                  // bounds the pixels held at any time
+  std::vector<std::uint32_t> leave_out;  // photographs that are not looked up; any order
+  bool even_exposures = true;            // gains by photograph and channel, from what they share
+  bool show_unseen = false;              // kUnseenColor where no photograph sees the surface
+};
+inline constexpr Rgb8 kUnseenColor{255, 0, 255};
+
 struct PhotoShadingStats {
   std::uint64_t pixels = 0;         // surface pixels that were looked at
   std::uint64_t from_photos = 0;    // coloured from at least one photograph
@@ -41,24 +49,26 @@ struct PhotoShadingStats {
   std::vector<std::string> warnings;
 };
 
-// Replaces the blended colour of a finished frame by that of the photographs. The metaballs whose
-// support holds a hit point say, by their weights in the field, where the surface they stand for
-// lies (the field's surface is the thickness of a metaball in front of it) and which photographs
-// see it. The point is projected into those, distortion included; each is sampled with the pixel's
-// footprint (MIP levels, several samples along the longer axis) in linear light, and the samples
-// are blended by how squarely, how finely and how far from its border each photograph sees the
-// place.
+// Replaces the blended colour of a finished frame by that of the photographs. Every hit point is
+// moved to the sheet its metaballs stand for and projected into the photographs that see it,
+// distortion included. What a photograph sees is found out by rendering the surface's depth as the
+// photograph sees it, once for a cloud and surface, and by the photographs that the metaballs list
+// (by their weights in the field). Of those that see the place, the ones that look at it most as
+// the viewer does, finely enough and away from borders and outlines, are sampled with the pixel's
+// footprint in linear light, their exposures evened out, and blended: coarse detail smoothly, fine
+// detail almost from the best alone, with little say for one that contradicts the others.
 class PhotographShader {
  public:
-  // memory_mb bounds the pixels held at any time. The survey must outlive the shader.
-  explicit PhotographShader(const Survey& survey, int memory_mb = 1024);
+  // The survey must outlive the shader.
+  explicit PhotographShader(const Survey& survey, const PhotoShadingOptions& options = {});
   ~PhotographShader();
   PhotographShader(PhotographShader&&) noexcept;
 
-  // `frame` must have been rendered from `level` by `camera` with depth, normal and id planes. The
-  // light of `lighting` is applied to the photographs' colours. Throws Cancelled.
-  PhotoShadingStats Shade(const Level& level, const Camera& camera, const Lighting& lighting,
-                          Frame* frame, const Control& control = {});
+  // `frame` must have been rendered from the level's cloud with `surface` by `camera`, with depth,
+  // normal and id planes. The light of `lighting` is applied to the photographs' colours. Throws
+  // Cancelled.
+  PhotoShadingStats Shade(const Level& level, const Surface& surface, const Camera& camera,
+                          const Lighting& lighting, Frame* frame, const Control& control = {});
 
  private:
   struct Impl;

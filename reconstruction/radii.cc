@@ -22,11 +22,13 @@ namespace sherd {
 //   reduced 2:1, random       4.8    0.49   0.11   0.02   0.01   0.00   0.00
 //   not reduced, grid         1.8    0.02   0.00   0.00   0.00   0.00   0.00
 //   not reduced, random      14      3.9    1.9    0.9    0.45   0.18   0.04
-//   offset of the surface     0.5    0.75   0.85   0.95   1.05   1.15   1.35   spacings, no noise
 //
-// A sheet of density 1 / s^2 has the mean field (pi / 3) (r / s)^2 (1 - z^2 / r^2)^3 at height z:
-// every larger factor costs accuracy. 1.8 closes all that is reduced, and leaves next to nothing
-// open where points lie as irregularly as points can.
+// The table is of metaballs that lie on the points. A sheet of density 1 / s^2 has the mean field
+// (pi / 3) (r / s)^2 (1 - z^2 / r^2)^3 at height z, so that its surface stands 0.5 to 1.35 spacings
+// in front of it; surface_fit.h takes the metaballs back by as much. 1.8 closes all that is
+// reduced, and leaves next to nothing open where points lie as irregularly as points can. Larger
+// factors are smoother, but the centres lie deeper (a thin wall has no room for them) and every ray
+// meets more metaballs.
 const double kDefaultRadiusFactor = 1.8;
 
 namespace {
@@ -56,13 +58,15 @@ Radii ComputeRadii(const std::vector<Vec3d>& positions, double radius_factor,
   if (n == 0) return out;
   const NeighborSearch search(positions);
   std::vector<double> own(n, 0.0);
+  constexpr int kAround = kSpacingNeighbors + 1;  // the point itself included
+  const int found = static_cast<int>(std::min<std::size_t>(kAround, n));
+  std::vector<int> neighbors(n * kAround);
   ParallelBlocks(
       n, kBlock,
       [&](std::size_t begin, std::size_t end) {
-        int idx[kSpacingNeighbors + 1];
-        float distance[kSpacingNeighbors + 1];
+        float distance[kAround];
         for (std::size_t i = begin; i < end; ++i) {
-          const int k = search.Nearest(i, kSpacingNeighbors + 1, idx, distance) - 1;
+          const int k = search.Nearest(i, kAround, &neighbors[i * kAround], distance) - 1;
           if (k > 0) own[i] = distance[k] * std::sqrt(std::numbers::pi / k);
         }
       },
@@ -85,14 +89,13 @@ Radii ComputeRadii(const std::vector<Vec3d>& positions, double radius_factor,
   ParallelBlocks(
       n, kBlock,
       [&](std::size_t begin, std::size_t end) {
-        int idx[kSpacingNeighbors + 1];
-        float distance[kSpacingNeighbors + 1];
-        double around[kSpacingNeighbors + 1];
+        double around[kAround];
         for (std::size_t i = begin; i < end; ++i) {
-          const int count = search.Nearest(i, kSpacingNeighbors + 1, idx, distance);
-          for (int j = 0; j < count; ++j) around[j] = own[idx[j]];
-          std::nth_element(around, around + count / 2, around + count);
-          const double typical = around[count / 2];
+          for (int j = 0; j < found; ++j) {
+            around[j] = own[static_cast<std::size_t>(neighbors[i * kAround + j])];
+          }
+          std::nth_element(around, around + found / 2, around + found);
+          const double typical = around[found / 2];
           const double local = typical > 0 ? std::clamp(own[i], typical, kSpeck * typical) : own[i];
           out.spacing[i] = local > 0 ? local : median;
           out.radius[i] =

@@ -5,7 +5,7 @@
 
 namespace sherd {
 
-SupportIndex::SupportIndex(const Cloud& cloud) {
+SupportIndex::SupportIndex(const Cloud& cloud, float margin) {
   if (cloud.empty()) {
     table_.resize(16);
     return;
@@ -13,7 +13,7 @@ SupportIndex::SupportIndex(const Cloud& cloud) {
   const Box3f box = cloud.CenterBox();
   std::vector<float> radii;
   radii.reserve(cloud.size());
-  for (std::size_t i = 0; i < cloud.size(); ++i) radii.push_back(cloud.RadiusOf(i));
+  for (std::size_t i = 0; i < cloud.size(); ++i) radii.push_back(cloud.RadiusOf(i) + margin);
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());
   const float largest = *std::max_element(radii.begin(), radii.end());
@@ -25,7 +25,7 @@ SupportIndex::SupportIndex(const Cloud& cloud) {
   min_ = box.min - Vec3f{largest + cell, largest + cell, largest + cell};
 
   const auto for_cells = [&](std::size_t i, const auto& visit) {
-    const float r = cloud.RadiusOf(i);
+    const float r = cloud.RadiusOf(i) + margin;
     const Vec3f lo = (cloud.center[i] - min_ - Vec3f{r, r, r}) * inverse_cell_;
     const Vec3f hi = (cloud.center[i] - min_ + Vec3f{r, r, r}) * inverse_cell_;
     for (int z = static_cast<int>(lo.z); z <= static_cast<int>(hi.z); ++z) {

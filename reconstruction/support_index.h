@@ -11,7 +11,8 @@ namespace sherd {
 // Cells of the size of a typical support, each with the metaballs that reach into it.
 class SupportIndex {
  public:
-  explicit SupportIndex(const Cloud& cloud);
+  // margin: how far centres may move afterwards, local units.
+  explicit SupportIndex(const Cloud& cloud, float margin = 0.0f);
 
   // The metaballs that may hold `p` (local units): a superset, in ascending order.
   struct Range {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "metaball/density.h"
+#include "metaball/density/shapes.h"
 
 namespace sherd {
 
@@ -13,6 +13,8 @@ void SurfaceSampler::Sample(const Vec3d& hit, const Vec3d& ray, std::int32_t id,
                             const Vec3f& shading_normal, SurfacePoint* out) const {
   const Cloud& cloud = level_.cloud;
   const bool normals = level_.normal.size() == cloud.size();
+  const bool depths = level_.depth.size() == cloud.size();
+  const bool lists = level_.photo_begin.size() == cloud.size() + 1;
   const Vec3f local = cloud.frame.LocalFromWorld(hit).cast<float>();
   out->photos.clear();
   Vec3f normal{};
@@ -25,9 +27,11 @@ void SurfaceSampler::Sample(const Vec3d& hit, const Vec3d& ray, std::int32_t id,
       const float facing = Dot(n, shading_normal);
       if (facing > 0) {
         normal += n * (weight * facing);
-        height += weight * facing * Dot(n, local - cloud.center[i]);
+        const float depth = depths ? level_.depth[i] / static_cast<float>(cloud.frame.unit) : 0.0f;
+        height += weight * facing * (Dot(n, local - cloud.center[i]) - depth);
       }
     }
+    if (!lists) return;
     for (std::uint32_t j = level_.photo_begin[i]; j < level_.photo_begin[i + 1]; ++j) {
       const std::uint16_t photo = level_.photo_idx[j];
       auto known = std::find_if(out->photos.begin(), out->photos.end(),
@@ -43,8 +47,8 @@ void SurfaceSampler::Sample(const Vec3d& hit, const Vec3d& ray, std::int32_t id,
   for (const std::uint32_t* i = range.begin; i != range.end; ++i) {
     const Vec3f d = local - cloud.center[*i];
     const float r = cloud.RadiusOf(*i);
-    const float q = 1 - Dot(d, d) / (r * r);
-    if (q > 0) add(*i, Murakami::Value(q));
+    const float u = Dot(d, d) / (r * r);
+    if (u < 1) add(*i, ShapeValue(DensityShape{}, u));
   }
   // Radii scaled up since the level was built may leave a hit outside every support of ours.
   if (!(total > 0) && id >= 0 && static_cast<std::size_t>(id) < cloud.size()) {

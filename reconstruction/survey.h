@@ -40,6 +40,9 @@ struct Photograph {
   // where none is known. Empty: no file was found.
   std::string original_path;
   std::uint32_t original_camera_idx = 0;
+  // The mask of the original (photo_mask.h), whose black pixels are not to be looked at; may be
+  // empty.
+  std::string mask_path;
 };
 
 // Points, structure of arrays; n = position.size(); every other array has n entries or none.

@@ -173,6 +173,26 @@ std::uint64_t CountMaps(const ScannedFolder& folder) {
   return static_cast<std::uint64_t>(std::unique(names.begin(), names.end()) - names.begin());
 }
 
+// Adds the maps in `folder` to those of its workspace: they lie in sub-folders as the photographs
+// do.
+void AddMaps(const ScannedFolder& folder, Workspace* workspace) {
+  for (const bool depth : {true, false}) {
+    const std::string part = depth ? "/stereo/depth_maps" : "/stereo/normal_maps";
+    const std::size_t at = folder.path.rfind(part);
+    if (at == std::string::npos || !IsBelow(folder.path, folder.path.substr(0, at) + part))
+      continue;
+    const std::uint64_t maps = CountMaps(folder);
+    if (maps == 0) continue;
+    const std::string root = folder.path.substr(0, at);
+    std::vector<DepthMapSet>& sets = workspace->map_sets;
+    auto set = std::find_if(sets.begin(), sets.end(),
+                            [&](const DepthMapSet& s) { return s.dense_root == root; });
+    if (set == sets.end()) set = sets.insert(set, DepthMapSet{root, 0, 0, std::nullopt});
+    (depth ? set->depth_maps : set->normal_maps) += maps;
+    (depth ? workspace->depth_maps : workspace->normal_maps) += maps;
+  }
+}
+
 // --- clouds and meshes ---
 
 void FindPly(const std::string& path, bool asked, Workspace* workspace) {
@@ -284,6 +304,12 @@ void AddPhotoFolder(const fs::path& path, Workspace* workspace) {
 
 }  // namespace
 
+bool CoverModel(const Workspace& workspace, const DepthMapSet& maps) {
+  if (!maps.model_idx) return false;
+  const SparseModelFiles& model = workspace.models[*maps.model_idx];
+  return model.problem.empty() && maps.depth_maps > 0 && 2 * maps.depth_maps >= model.images;
+}
+
 Workspace InspectWorkspace(const std::string& path) {
   std::error_code error;
   if (path.empty() || !fs::exists(path, error)) {
@@ -328,9 +354,7 @@ Workspace InspectWorkspace(const std::string& path) {
   const std::vector<DenseRoot> dense_roots = FindDenseRoots(folders);
   for (const ScannedFolder& f : folders) {
     FindModel(f, f.path == asked_model || f.path == folder.string(), &workspace.models);
-    const std::string here = fs::path(f.path).filename().string();
-    if (here == "depth_maps") workspace.depth_maps += CountMaps(f);
-    if (here == "normal_maps") workspace.normal_maps += CountMaps(f);
+    AddMaps(f, &workspace);
     for (const ScannedFile& file : f.files) {
       if (HasExtension(file.name, ".ply")) {
         const std::string ply = f.path + "/" + file.name;
@@ -373,6 +397,17 @@ Workspace InspectWorkspace(const std::string& path) {
   for (DenseCloudFile& cloud : workspace.clouds) {
     cloud.model_idx = ModelOfCloud(cloud.path, workspace.models);
   }
+  std::erase_if(workspace.map_sets, [](const DepthMapSet& set) { return set.depth_maps == 0; });
+  for (DepthMapSet& set : workspace.map_sets) {
+    set.model_idx = ModelOfCloud(set.dense_root + "/stereo", workspace.models);
+  }
+  std::sort(workspace.map_sets.begin(), workspace.map_sets.end(),
+            [&](const DepthMapSet& a, const DepthMapSet& b) {
+              const auto rank = [&](const DepthMapSet& s) {
+                return std::make_tuple(!in_focus(s.dense_root), ~s.depth_maps, s.dense_root);
+              };
+              return rank(a) < rank(b);
+            });
   std::sort(workspace.clouds.begin(), workspace.clouds.end(),
             [&](const DenseCloudFile& a, const DenseCloudFile& b) {
               const auto rank = [&](const DenseCloudFile& c) {
@@ -414,6 +449,11 @@ Workspace InspectWorkspace(const std::string& path) {
     };
     if (below(workspace.clouds, &DenseCloudFile::path)) {
       workspace.preferred = PointSource::kDense;
+    } else if (std::any_of(workspace.map_sets.begin(), workspace.map_sets.end(),
+                           [&](const DepthMapSet& set) {
+                             return IsBelow(set.dense_root, focus) && CoverModel(workspace, set);
+                           })) {
+      workspace.preferred = PointSource::kDepthMaps;
     } else if (below(workspace.models, &SparseModelFiles::folder)) {
       workspace.preferred = PointSource::kSparse;
     }
@@ -426,8 +466,8 @@ Workspace InspectWorkspace(const std::string& path) {
         std::string("holds neither a COLMAP model (cameras, images and points3D as .bin or .txt) "
                     "nor a point cloud (.ply)") +
             (photos ? ", only photographs" : ""),
-        photos ? "reconstruct them with COLMAP first, then open its workspace"
-               : "open the folder COLMAP wrote to, or a part of it");
+        photos ? "reconstruct them first: sherd reconstruct " + workspace.path + " --workspace DIR"
+               : std::string("open the folder COLMAP wrote to, or a part of it"));
   }
   workspace.missing = WhatIsMissing(workspace);
   return workspace;

@@ -12,7 +12,8 @@
 
 namespace sherd {
 
-enum class PointSource { kAuto, kSparse, kDense };
+// kDense is a cloud file, or the depth maps where there is none.
+enum class PointSource { kAuto, kSparse, kDense, kDepthMaps };
 
 struct SparseModelFiles {
   std::string folder;
@@ -37,6 +38,13 @@ struct MeshFile {
   std::uint64_t vertices = 0, faces = 0;
 };
 
+// stereo/depth_maps and stereo/normal_maps of a dense workspace.
+struct DepthMapSet {
+  std::string dense_root;
+  std::uint64_t depth_maps = 0, normal_maps = 0;  // photographs that have one
+  std::optional<std::size_t> model_idx;           // into Workspace::models
+};
+
 struct PhotoFolder {
   std::string path;
   std::uint64_t files = 0;
@@ -51,11 +59,12 @@ struct Workspace {
   std::vector<DenseCloudFile> clouds;
   std::vector<MeshFile> meshes;
   std::vector<PhotoFolder> photo_folders;
-  std::uint64_t depth_maps = 0, normal_maps = 0;
+  std::vector<DepthMapSet> map_sets;              // the one with most depth maps first
+  std::uint64_t depth_maps = 0, normal_maps = 0;  // of all sets
   std::vector<std::string> missing;  // one line each: what a full workspace would have and what
                                      // its absence means
   // What `path` itself names: kSparse for a model's folder or file, kDense for a dense workspace or
-  // a cloud; kAuto for a whole project.
+  // a cloud (kDepthMaps where the workspace has no cloud but maps); kAuto for a whole project.
   PointSource preferred = PointSource::kAuto;
   bool empty() const { return models.empty() && clouds.empty(); }
 };
@@ -65,11 +74,16 @@ struct Workspace {
 // holds nothing Sherd knows (saying what was looked for).
 Workspace InspectWorkspace(const std::string& path);
 
+// Whether the maps are enough to stand for the model: those of at least half its photographs.
+bool CoverModel(const Workspace& workspace, const DepthMapSet& maps);
+
 struct LoadOptions {
-  // kAuto: what Workspace::preferred says, else dense where there is a fused cloud.
+  // kAuto: what Workspace::preferred says, else a fused cloud, else depth maps that cover the
+  // model, else the sparse model.
   PointSource source = PointSource::kAuto;
   std::optional<std::size_t> model;  // index into Workspace::models; default 0
   std::string photo_folder;          // where to look for the photographs first; may be empty
+  std::string mask_folder;           // of the photographs' masks (photo_mask.h); may be empty
   // Refuse (ResourceError) a load that would need more than this; 0: 80 % of the memory that is
   // free.
   std::uint64_t memory_limit_bytes = 0;

@@ -17,7 +17,13 @@ std::vector<std::string> WhatIsMissing(const Workspace& workspace) {
   for (const SparseModelFiles& m : workspace.models) {
     if (!m.problem.empty()) missing.push_back(m.problem);
   }
-  if (workspace.clouds.empty()) {
+  const auto maps =
+      std::find_if(workspace.map_sets.begin(), workspace.map_sets.end(),
+                   [&](const DepthMapSet& set) { return CoverModel(workspace, set); });
+  if (workspace.clouds.empty() && maps != workspace.map_sets.end()) {
+    missing.push_back("No dense cloud (dense/fused.ply): the points are made from the " +
+                      std::to_string(maps->depth_maps) + " depth maps.");
+  } else if (workspace.clouds.empty()) {
     missing.push_back(
         "No dense cloud (dense/fused.ply): the surface is made from the sparse model's few points. "
         "For a detailed one run COLMAP's image_undistorter, patch_match_stereo and stereo_fusion.");
@@ -28,8 +34,7 @@ std::vector<std::string> WhatIsMissing(const Workspace& workspace) {
   if (cloud != workspace.clouds.end()) {
     if (model != workspace.models.end() && cloud->visibility_path.empty()) {
       missing.push_back("No " + cloud->path +
-                        ".vis: which photographs see a point is not known, so colours from "
-                        "photographs are not possible for this cloud.");
+                        ".vis: which photographs see a point is found by what hides what.");
     }
     if (model != workspace.models.end() && !cloud->model_idx) {
       missing.push_back(cloud->path +
@@ -72,7 +77,7 @@ std::vector<std::string> WhatIsMissing(const Workspace& workspace) {
                         std::to_string(model->images) + " depth maps" +
                         (cloud != workspace.clouds.end()
                              ? "; nothing is lost, the fused cloud is there."
-                             : ": they would not make a complete cloud."));
+                             : ": the cloud that is made of them (--depth-maps) is not complete."));
     }
   }
   return missing;

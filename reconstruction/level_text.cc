@@ -1,4 +1,4 @@
-// "63k" and back.
+// "63k" and back; the names of reductions.
 #include <cctype>
 
 #include "metaball/error.h"
@@ -60,6 +60,32 @@ std::string FormatCount(std::uint64_t count) {
   if (count >= 1'000'000) return in_units(1'000'000, 6, 'M');
   if (count >= 1'000) return in_units(1'000, 3, 'k');
   return std::to_string(count);
+}
+
+namespace {
+constexpr std::pair<const char*, Reduction> kReductions[] = {{"voxel", Reduction::kVoxel},
+                                                             {"blue-noise", Reduction::kBlueNoise},
+                                                             {"adaptive", Reduction::kAdaptive}};
+}  // namespace
+
+std::string ReductionName(Reduction reduction) {
+  for (const auto& [name, value] : kReductions) {
+    if (value == reduction) return name;
+  }
+  return "";
+}
+
+std::optional<Reduction> FindReduction(const std::string& name) {
+  for (const auto& [known, value] : kReductions) {
+    if (name == known) return value;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> ReductionNames() {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : kReductions) names.emplace_back(name);
+  return names;
 }
 
 }  // namespace sherd

@@ -1,0 +1,68 @@
+#include "reconstruction/photo_lookup.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sherd {
+namespace {
+
+constexpr double kMostCells = 8;             // along one axis
+constexpr double kPixelsOfFootprint = 1.33;  // at least so many pixels of a level in its width
+
+}  // namespace
+
+void SetFootprint(double ax, double ay, double bx, double by, PhotoLookup* lookup) {
+  const double e = (ax * ax + ay * ay + bx * bx + by * by) / 2;
+  const double det = ax * by - ay * bx;
+  const double root = std::sqrt(std::max(0.0, e * e - det * det));
+  const double longer = std::sqrt(e + root);
+  const double shorter = longer > 0 ? std::abs(det) / longer : 0;
+  // The longer axis in the photograph: the eigenvector of a a^T + b b^T.
+  const double xx = ax * ax + bx * bx, xy = ax * ay + bx * by, yy = ay * ay + by * by;
+  double ux = xx - yy + 2 * root, uy = 2 * xy;
+  if (std::abs(ux) + std::abs(uy) < 1e-12 * (xx + yy)) {
+    ux = xx >= yy ? 1 : 0;
+    uy = xx >= yy ? 0 : 1;
+  }
+  const double length = std::hypot(ux, uy);
+  if (length > 0) {
+    ux /= length;
+    uy /= length;
+  }
+  double level = std::floor(std::log2(std::max(1.0, shorter / kPixelsOfFootprint)));
+  level = std::max(level, std::ceil(std::log2(std::max(1.0, longer / kMostCells))));
+  const double pixel = std::exp2(level);
+  lookup->level = static_cast<std::uint8_t>(std::min(level, 30.0));
+  lookup->along =
+      static_cast<std::uint8_t>(std::clamp(std::ceil(longer / pixel - 0.01), 1.0, kMostCells));
+  lookup->across =
+      static_cast<std::uint8_t>(std::clamp(std::ceil(shorter / pixel - 0.01), 1.0, kMostCells));
+  lookup->along_x = static_cast<float>(ux * longer);
+  lookup->along_y = static_cast<float>(uy * longer);
+  lookup->across_x = static_cast<float>(-uy * shorter);
+  lookup->across_y = static_cast<float>(ux * shorter);
+  lookup->width_px = static_cast<float>(shorter);
+}
+
+Vec3f SampleFootprint(const PhotoPyramid& pyramid, const PhotoLookup& lookup) {
+  const int n = lookup.along, m = lookup.across;
+  if (n == 1 && m == 1) return pyramid.SampleSharply(lookup.x, lookup.y, lookup.level);
+  Vec3f sum{};
+  for (int i = 0; i < n; ++i) {
+    const float s = (static_cast<float>(i) + 0.5f) / static_cast<float>(n) - 0.5f;
+    for (int j = 0; j < m; ++j) {
+      const float t = (static_cast<float>(j) + 0.5f) / static_cast<float>(m) - 0.5f;
+      sum += pyramid.Sample(lookup.x + s * lookup.along_x + t * lookup.across_x,
+                            lookup.y + s * lookup.along_y + t * lookup.across_y,
+                            static_cast<float>(lookup.level));
+    }
+  }
+  return sum * (1.0f / static_cast<float>(n * m));
+}
+
+Vec3f SampleSurroundings(const PhotoPyramid& pyramid, const PhotoLookup& lookup, float octaves) {
+  const float width = std::log2(std::max(1.0f, lookup.width_px));
+  return pyramid.Sample(lookup.x, lookup.y, width + octaves);
+}
+
+}  // namespace sherd

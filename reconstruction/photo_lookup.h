@@ -1,0 +1,36 @@
+// Where, and over what area, a photograph is looked up. Internal to reconstruction/.
+#pragma once
+
+#include <cstdint>
+
+#include "metaball/vec.h"
+#include "reconstruction/photo_pyramid.h"
+
+namespace sherd {
+
+struct PhotoLookup {
+  std::uint32_t target = 0;  // whose colour it is part of
+  std::uint32_t photo = 0;   // into Survey::photographs
+  float x = 0, y = 0;        // pixels of the file
+  // The footprint: a parallelogram around (x, y) with these sides, cut into along x across cells.
+  float along_x = 0, along_y = 0, across_x = 0, across_y = 0;
+  std::uint8_t along = 1, across = 1;
+  std::uint8_t level = 0;  // of the pyramid
+  float width_px = 1;      // the footprint's shorter side, pixels of the file
+  float weight = 0;
+};
+
+// Gives the lookup the footprint whose sides have the images (ax, ay) and (bx, by): the axes of the
+// ellipse they span (the singular vectors of [a b]). The level is the coarsest whose pixels are
+// well below the shorter axis (a quarter to three quarters of it), so that the cells, not the
+// pyramid's averages, shape the filter; a footprint too long for kMostCells takes a coarser one.
+void SetFootprint(double ax, double ay, double bx, double by, PhotoLookup* lookup);
+
+// The mean linear colour over the footprint. `pyramid` holds the lookup's level or a finer one;
+// where it holds only coarser ones, these are sampled.
+Vec3f SampleFootprint(const PhotoPyramid& pyramid, const PhotoLookup& lookup);
+
+// The same around it, smoothed as over a footprint 2^octaves times as wide.
+Vec3f SampleSurroundings(const PhotoPyramid& pyramid, const PhotoLookup& lookup, float octaves);
+
+}  // namespace sherd
