@@ -16,30 +16,36 @@ namespace sherd::cli {
 namespace {
 
 struct Options {
-  std::string project, photos;
+  std::string project, colors = "points";
+  std::string reduction = std::string(ReductionName(LevelOptions{}.reduction));
   std::vector<std::uint64_t> levels;
   std::optional<double> radius_factor, threshold, photos_per_metaball;
-  bool keep_outliers = false, fresh = false, json = false;
+  bool nested = false, keep_outliers = false, fresh = false, json = false;
 };
 
 // Built by this program with the same options: building it again would give the same.
 bool UpToDate(const LevelEntry& level, const LevelOptions& options) {
-  return level.program == SHERD_VERSION &&
+  return level.program == SHERD_VERSION && level.options.reduction == options.reduction &&
+         level.options.nested == options.nested &&
          level.options.remove_outliers == options.remove_outliers &&
          level.options.radius_factor == options.radius_factor &&
          level.options.threshold == options.threshold &&
-         level.options.max_photos_per_metaball == options.max_photos_per_metaball;
+         level.options.max_photos_per_metaball == options.max_photos_per_metaball &&
+         level.options.photo_colors == options.photo_colors;
 }
 
 int RunBuild(const Options& options, const Environment& environment) {
   const auto start = std::chrono::steady_clock::now();
   Project project = Project::Open(options.project);
   LevelOptions level_options;
+  level_options.reduction = *FindReduction(options.reduction);
+  level_options.nested = options.nested;
   level_options.remove_outliers = !options.keep_outliers;
   level_options.radius_factor = ValueOf("radius-factor", options.radius_factor);
   level_options.threshold = options.threshold.value_or(0.0);
   level_options.max_photos_per_metaball =
       static_cast<int>(ValueOf("photos-per-metaball", options.photos_per_metaball));
+  level_options.photo_colors = options.colors == "photographs";
 
   std::vector<std::uint64_t> targets;
   std::vector<std::string> kept;
@@ -116,9 +122,17 @@ void AddBuild(CLI::App* program, Action* action) {
          "how many metaballs each level holds (k and M are understood), reached within 1 %")
       ->required()
       ->type_name("63k,126k,...");
+  AddChoice(app, "--reduction", &options->reduction, ReductionNames(),
+            "how the points are reduced: to even spacing by cells of a grid or as blue noise, or "
+            "denser where the surface bends");
+  app->add_flag("--nested", options->nested,
+                "every level holds the points of the coarser ones that are built so, and more");
   AddSetting(app, "radius-factor", &options->radius_factor, "F");
   AddSetting(app, "threshold", &options->threshold, "T");
   AddSetting(app, "photos-per-metaball", &options->photos_per_metaball, "N");
+  AddChoice(app, "--colors", &options->colors, {"points", "photographs"},
+            "each metaball's colour: the mean of its points', or what the photographs at full "
+            "resolution show there, exposures evened out [default points]");
   app->add_flag("--keep-outliers", options->keep_outliers, "do not remove stray points");
   app->add_flag("--fresh", options->fresh, "build also levels that are there and up to date");
   app->add_flag("--json", options->json, "print the levels as JSON");

@@ -34,10 +34,14 @@ using Action = std::function<int(const Environment&)>;
 
 // Each of these adds one command to the program. One file a command.
 void AddInfo(CLI::App* program, Action* action);
+void AddReconstruct(CLI::App* program, Action* action);
 void AddImport(CLI::App* program, Action* action);
 void AddBuild(CLI::App* program, Action* action);
 void AddRender(CLI::App* program, Action* action);
 void AddCompare(CLI::App* program, Action* action);
+void AddExport(CLI::App* program, Action* action);
+void AddBench(CLI::App* program, Action* action);
+void AddScale(CLI::App* program, Action* action);
 void AddDevices(CLI::App* program, Action* action);
 
 // "warning: ..." on stderr, in one line.

@@ -17,6 +17,7 @@
 #include "app/project/progress_range.h"
 #include "app/project/render_picture.h"
 #include "app/report/sheet.h"
+#include "metaball/appearance/pseudo_color.h"
 #include "metaball/error.h"
 
 namespace sherd::cli {
@@ -89,6 +90,7 @@ std::string FileName(const std::string& level) {
 int RunCompare(const Options& options, const Environment& environment) {
   const auto start = std::chrono::steady_clock::now();
   const LookOptions& look = options.look;
+  look.CheckPhotoOptions();
   const Project project = Project::Open(options.project);
   const std::vector<std::string> names = LevelNames(options, project);
   const int n = static_cast<int>(names.size());
@@ -138,6 +140,7 @@ int RunCompare(const Options& options, const Environment& environment) {
   settings.planes.depth = true;
   const Background background = ParseBackground(look.background);
 
+  AppearanceOptions appearance = look.appearance;
   std::vector<SheetPanel> panels;
   std::vector<std::string> warnings;
   for (int i = 0; i < n; ++i) {
@@ -146,15 +149,21 @@ int RunCompare(const Options& options, const Environment& environment) {
     const auto level = project.LoadLevel(
         name, PartOf(progress.control(), from, from + 0.2 * (to - from), name + ": "));
     const Control control = PartOf(progress.control(), from + 0.2 * (to - from), to, name + ": ");
-    const Scene scene{std::shared_ptr<const Cloud>(level, &level->cloud),
-                      look.SurfaceOf(level->stats.threshold), look.Light()};
+    Scene scene{std::shared_ptr<const Cloud>(level, &level->cloud),
+                look.SurfaceOf(level->stats.threshold), look.Light()};
+    ApplyAppearance(appearance, level.get(), context.up.value_or(Vec3d{0, 0, 1}), settings.threads,
+                    &scene);
+    // Colours mean the same on every level: the first one's range is that of all.
+    if (!appearance.color_by.empty() && !appearance.color_range) {
+      appearance.color_range = RangeOf(scene, camera);
+    }
     SheetPanel panel;
     panel.title = name;
     panel.level = level->stats;
     panel.threshold = scene.surface.threshold;
     panel.radius_scale = scene.surface.radius_scale;
     if (look.photo_colors()) {
-      PhotographRenderer renderer(backend.get(), *survey, level.get());
+      PhotographRenderer renderer(backend.get(), *survey, level.get(), look.PhotoOptions(*survey));
       panel.frame = renderer.Render(scene, camera, settings, control);
       warnings.insert(warnings.end(), renderer.photo_stats().warnings.begin(),
                       renderer.photo_stats().warnings.end());
@@ -171,6 +180,9 @@ int RunCompare(const Options& options, const Environment& environment) {
     }
     // The sheet itself is opaque: white under what is transparent.
     Composite(background.transparent ? Background{} : background, &panel.frame);
+    if (!panel.frame.stats.lod_note.empty()) {
+      warnings.push_back("level " + name + ": no level of detail: " + panel.frame.stats.lod_note);
+    }
     if (panel.frame.stats.unresolved > 0) {
       warnings.push_back("level " + name + ": " + FormatGrouped(panel.frame.stats.unresolved) +
                          " rays reached the iteration bound: their pixels may be wrong");

@@ -15,11 +15,12 @@ namespace sherd::cli {
 namespace {
 
 struct Options {
-  std::string path, project, photos, decimate, memory_limit;
+  std::string path, project, photos, masks, decimate, memory_limit, transform;
   std::optional<std::size_t> model;
   std::optional<double> metres_per_unit;
+  std::optional<KnownDistance> known_distance;
   std::optional<Vec3d> up;
-  bool dense = false, sparse = false, json = false;
+  bool dense = false, sparse = false, depth_maps = false, json = false;
 };
 
 // The model the user's number means.
@@ -39,11 +40,15 @@ int RunImport(const Options& options, const Environment& environment) {
   ImportOptions import;
   import.source = options.path;
   import.photo_folder = options.photos;
+  import.mask_folder = options.masks;
   if (options.model) import.model = ModelIndex(options.path, *options.model);
-  import.points = options.dense    ? PointSource::kDense
-                  : options.sparse ? PointSource::kSparse
-                                   : PointSource::kAuto;
+  import.points = options.dense        ? PointSource::kDense
+                  : options.sparse     ? PointSource::kSparse
+                  : options.depth_maps ? PointSource::kDepthMaps
+                                       : PointSource::kAuto;
   import.metres_per_unit = options.metres_per_unit;
+  import.known_distance = options.known_distance;
+  import.transform = options.transform;
   import.up = options.up;
   if (!options.decimate.empty()) import.decimate_to = ParseCount(options.decimate);
   if (!options.memory_limit.empty()) {
@@ -81,16 +86,30 @@ void AddImport(CLI::App* program, Action* action) {
   app->add_option("--photos", options->photos,
                   "folder where the photographs are (found by relative name)")
       ->type_name("DIR");
+  app->add_option("--masks", options->masks,
+                  "folder of the photographs' masks, sub/a.jpg.png for sub/a.jpg: what is black "
+                  "there is not looked at")
+      ->type_name("DIR");
   app->add_option_function<std::uint64_t>(
          "--model", [options](const std::uint64_t& n) { options->model = n; },
          "the sparse model to use, as \"sherd info\" numbers them [default: the largest]")
       ->type_name("N");
   auto* dense = app->add_flag("--dense", options->dense, "points of the dense cloud (fused.ply)");
+  auto* maps = app->add_flag("--depth-maps", options->depth_maps,
+                             "points of the depth maps (stereo/depth_maps), whether or not there "
+                             "is a dense cloud")
+                   ->excludes(dense);
   app->add_flag("--sparse", options->sparse,
-                "points of the sparse model [default: dense ones "
-                "where there are any]")
-      ->excludes(dense);
-  AddSetting(app, "metres-per-unit", &options->metres_per_unit, "M");
+                "points of the sparse model [default: the dense cloud, else the depth maps where "
+                "half the photographs have one, else these]")
+      ->excludes(dense)
+      ->excludes(maps);
+  auto* scale = AddSetting(app, "metres-per-unit", &options->metres_per_unit, "M");
+  AddKnownDistance(app, &options->known_distance)->excludes(scale);
+  app->add_option("--transform", options->transform,
+                  "move everything by the transform that colmap model_aligner wrote "
+                  "(--transform_path), or by a 4 x 4 matrix")
+      ->type_name("FILE");
   AddDirection(app, "--up", &options->up, "what is up, world [default: from the photographs]");
   app->add_option_function<std::string>(
          "--decimate",
@@ -121,6 +140,7 @@ void AddImport(CLI::App* program, Action* action) {
       "Examples:\n"
       "  sherd import trench_colmap --project trench.sherd --metres-per-unit 1\n"
       "  sherd import trench_colmap/dense --project trench.sherd --photos /mnt/photographs\n"
+      "  sherd import trench_colmap --project trench.sherd --distance 0,0,0 1.5,0,0.2 2.00\n"
       "  sherd import trench_colmap --project sparse.sherd --sparse --model 1");
   app->callback([options, action] {
     *action = [options](const Environment& environment) {

@@ -13,6 +13,7 @@
 #include "app/project/format.h"
 #include "app/project/project.h"
 #include "metaball/metaball_file.h"
+#include "metaball/thesis_file.h"
 #include "reconstruction/workspace.h"
 
 namespace sherd::cli {
@@ -134,9 +135,30 @@ std::string WorkspaceText(const Workspace& workspace) {
   return text;
 }
 
+const char* ModeName(ThresholdMode mode) {
+  switch (mode) {
+    case ThresholdMode::kUniform:
+      return "uniform";
+    case ThresholdMode::kBlended:
+      return "blended";
+    case ThresholdMode::kSummed:
+      return "summed";
+    case ThresholdMode::kGated:
+      return "gated";
+  }
+  return "";
+}
+
 int InfoMetaballs(const InfoOptions& options) {
-  const MetaballFile file = ReadMetaballFile(options.path);
-  const Cloud& cloud = file.cloud;
+  const Source source = OpenSource(options.path, {}, {});
+  const Cloud& cloud = *source.cloud;
+  const Surface& surface = source.surface;
+  Json channels = Json::array();
+  std::string channel_names;
+  for (const Channel& channel : cloud.channels) {
+    channels.push_back({{"name", channel.name()}, {"components", channel.components()}});
+    channel_names += (channel_names.empty() ? "" : ", ") + channel.name();
+  }
   float smallest = 0, largest = 0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     const float r = cloud.RadiusOf(i);
@@ -151,10 +173,14 @@ int InfoMetaballs(const InfoOptions& options) {
     PrintJson({{"kind", "metaballs"},
                {"path", options.path},
                {"metaballs", cloud.size()},
-               {"threshold", file.threshold},
+               {"threshold", surface.threshold},
+               {"thresholds", !cloud.threshold.empty()},
+               {"threshold_mode", ModeName(surface.mode)},
+               {"density", TextOf(surface.density)},
                {"radius_min", smallest * unit},
                {"radius_max", largest * unit},
                {"colors", !cloud.color.empty()},
+               {"channels", channels},
                {"bounds", {{"min", ToJson(lo)}, {"max", ToJson(hi)}}},
                {"bytes", cloud.MemoryBytes()}});
     return kSuccess;
@@ -165,8 +191,12 @@ int InfoMetaballs(const InfoOptions& options) {
                 {"radius", FormatNumber(smallest * unit) +
                                (largest > smallest ? " to " + FormatNumber(largest * unit) : "") +
                                " units"},
-                {"threshold", FormatNumber(file.threshold)},
+                {"threshold", cloud.threshold.empty()
+                                  ? FormatNumber(surface.threshold)
+                                  : std::string("one each, ") + ModeName(surface.mode)},
+                {"density", TextOf(surface.density)},
                 {"colours", cloud.color.empty() ? "one for all" : "one each"},
+                {"further channels", channel_names},
                 {"extent", FormatNumber(size.x) + " x " + FormatNumber(size.y) + " x " +
                                FormatNumber(size.z) + " units"},
                 {"memory", FormatBytes(cloud.MemoryBytes())}}));
@@ -176,7 +206,9 @@ int InfoMetaballs(const InfoOptions& options) {
 int RunInfo(const InfoOptions& options) {
   std::error_code error;
   if (fs::is_regular_file(options.path, error)) {
-    if (IsMetaballFile(options.path)) return InfoMetaballs(options);
+    if (IsMetaballFile(options.path) || IsThesisFileName(options.path)) {
+      return InfoMetaballs(options);
+    }
     if (Project::IsProjectFile(options.path) || options.path.ends_with(".sherd")) {
       const Project project = Project::Open(options.path);
       if (options.json) {

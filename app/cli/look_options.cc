@@ -4,8 +4,41 @@
 
 #include "cuda/renderers.h"
 #include "metaball/error.h"
+#include "metaball/lod_renderer.h"
+#include "metaball/methods/methods.h"
 
 namespace sherd::cli {
+namespace {
+
+CLI::Option* In(const char* group, CLI::Option* option) { return option->group(group); }
+
+constexpr const char* kSurface = "Surface and light";
+
+}  // namespace
+
+PhotoShadingOptions LookOptions::PhotoOptions(const Survey& survey) const {
+  PhotoShadingOptions options;
+  options.memory_mb = static_cast<int>(ValueOf("photo-memory", photo_memory));
+  for (const std::string& name : leave_out) {
+    options.leave_out.push_back(static_cast<std::uint32_t>(FindPhotograph(survey, name)));
+  }
+  options.even_exposures = !as_shot;
+  options.show_unseen = show_unseen;
+  return options;
+}
+
+void LookOptions::CheckPhotoOptions() const {
+  if (photo_colors()) return;
+  const char* const given = !leave_out.empty() ? "--leave-out"
+                            : show_unseen      ? "--show-unseen"
+                            : as_shot          ? "--as-shot"
+                            : photo_memory     ? "--photo-memory"
+                                               : nullptr;
+  if (given) {
+    throw InputError("", "", std::string(given) + " is for colours from photographs",
+                     "add --color photo");
+  }
+}
 
 ViewRequest LookOptions::Request(bool keep_photo_shape) const {
   ViewRequest request;
@@ -26,13 +59,29 @@ Lighting LookOptions::Light() const {
   lighting.unlit = unlit;
   lighting.ambient = ValueOf("ambient", ambient);
   lighting.diffuse = ValueOf("diffuse", diffuse);
-  lighting.headlight = !light;
-  if (light) lighting.to_light = *light;
+  if (const sherd::Light* light = appearance.OnlyDirection()) {
+    lighting.headlight = false;
+    lighting.to_light = light->to_light;
+  }
   return lighting;
 }
 
 Surface LookOptions::SurfaceOf(double level_threshold) const {
-  return {threshold.value_or(level_threshold), ValueOf("radius-scale", radius_scale)};
+  Surface own;
+  own.threshold = level_threshold;
+  return SurfaceOf(own);
+}
+
+Surface LookOptions::SurfaceOf(Surface own) const {
+  if (density) own.density = *density;
+  if (!thresholds.empty()) {
+    own.mode = ParseThresholdMode(thresholds);
+  } else if (threshold && own.mode == ThresholdMode::kBlended) {
+    own.mode = ThresholdMode::kUniform;  // one that is asked for is one for all
+  }
+  own.threshold = threshold.value_or(own.threshold);
+  own.radius_scale = radius_scale.value_or(own.radius_scale);
+  return own;
 }
 
 RenderSettings LookOptions::Settings(double default_supersample) const {
@@ -42,48 +91,85 @@ RenderSettings LookOptions::Settings(double default_supersample) const {
   return settings;
 }
 
-void AddLookOptions(CLI::App* app, LookOptions* look) {
-  const auto in = [](const char* group, CLI::Option* option) { return option->group(group); };
-
+void AddCameraOptions(CLI::App* app, LookOptions* look) {
   constexpr const char* kCamera = "Camera";
-  auto* photo = in(kCamera, app->add_option("--photo", look->photo,
+  auto* photo = In(kCamera, app->add_option("--photo", look->photo,
                                             "pose and pinhole intrinsics of this photograph (a "
                                             "name or the end of one), scaled to the size")
                                 ->type_name("NAME"));
-  auto* view = in(kCamera, AddChoice(app, "--view", &look->view, ViewPresetNames(),
+  auto* view = In(kCamera, AddChoice(app, "--view", &look->view, ViewPresetNames(),
                                      "a view that fits the points [default iso]"));
-  auto* eye = in(kCamera, AddVector(app, "--eye", &look->eye, "where the camera stands, world"));
-  auto* look_at = in(kCamera, AddVector(app, "--look-at", &look->look_at,
+  auto* eye = In(kCamera, AddVector(app, "--eye", &look->eye, "where the camera stands, world"));
+  auto* look_at = In(kCamera, AddVector(app, "--look-at", &look->look_at,
                                         "the point in the middle of the picture [default: the "
                                         "middle of the points]"));
-  in(kCamera, AddDirection(app, "--up", &look->up,
+  In(kCamera, AddDirection(app, "--up", &look->up,
                            "what is up, for --eye and --view [default: the project's, else 0,0,1]"))
       ->excludes(photo);
-  auto* fov = in(kCamera, AddSetting(app, "fov-x", &look->fov_x, "DEG"));
-  auto* width = in(kCamera, AddSetting(app, "ortho-width", &look->ortho_width, "W"));
-  auto* ortho = in(
+  auto* fov = In(kCamera, AddSetting(app, "fov-x", &look->fov_x, "DEG"));
+  auto* width = In(kCamera, AddSetting(app, "ortho-width", &look->ortho_width, "W"));
+  auto* ortho = In(
       kCamera, app->add_flag("--ortho", look->ortho, "orthographic, as wide as the points need"));
   photo->excludes(view)->excludes(eye)->excludes(fov)->excludes(width)->excludes(ortho);
   view->excludes(eye);
   look_at->needs(eye);
   fov->excludes(width)->excludes(ortho);
+}
 
-  constexpr const char* kSurface = "Surface and light";
-  in(kSurface, AddChoice(app, "--color", &look->color, {"blend", "photo"},
+void AddSurfaceOptions(CLI::App* app, LookOptions* look) {
+  In(kSurface, AddSetting(app, "threshold", &look->threshold, "T"));
+  In(kSurface, AddSetting(app, "radius-scale", &look->radius_scale, "S"));
+  In(kSurface, app->add_option_function<std::string>(
+                      "--density",
+                      [look](const std::string& text) {
+                        try {
+                          look->density = ParseDensity(text);
+                        } catch (const InputError& error) {
+                          throw CLI::ValidationError("--density", error.what());
+                        }
+                      },
+                      "murakami, wyvill, nishimura, blinn:RATE,AMPLITUDE, power:N, ratio, "
+                      "reciprocal, ramp:DEGREE,SLOPE or trigonometric:RATE,AMPLITUDE [default: the "
+                      "file's, else murakami]")
+                   ->type_name("NAME"));
+  In(kSurface, AddChoice(app, "--thresholds", &look->thresholds, ThresholdModeNames(),
+                         "one threshold for all, or the metaballs' own, blended, summed (thesis "
+                         "2.9) or gated (thesis algorithms 2-6) [default: the file's, else "
+                         "uniform]"));
+}
+
+void AddLightOptions(CLI::App* app, LookOptions* look) {
+  In(kSurface, AddSetting(app, "ambient", &look->ambient, "A"));
+  In(kSurface, AddSetting(app, "diffuse", &look->diffuse, "D"));
+  AddLightOption(app, &look->appearance);
+  In(kSurface, app->add_flag("--unlit", look->unlit, "the colours themselves, without light"));
+}
+
+void AddLookOptions(CLI::App* app, LookOptions* look) {
+  AddCameraOptions(app, look);
+  In(kSurface, AddChoice(app, "--color", &look->color, {"blend", "photo"},
                          "the metaballs' colours, blended, or those of the photographs (projects "
                          "only) [default blend]"));
-  in(kSurface, AddSetting(app, "threshold", &look->threshold, "T"));
-  in(kSurface, AddSetting(app, "radius-scale", &look->radius_scale, "S"));
-  in(kSurface, AddSetting(app, "ambient", &look->ambient, "A"));
-  in(kSurface, AddSetting(app, "diffuse", &look->diffuse, "D"));
-  in(kSurface, AddDirection(app, "--light", &look->light,
-                            "direction towards the light, world [default: the light is "
-                            "at the camera]"));
-  in(kSurface, app->add_flag("--unlit", look->unlit, "the colours themselves, without light"));
+  AddSurfaceOptions(app, look);
+  AddLightOptions(app, look);
+  AddAppearanceOptions(app, &look->appearance);
+
+  constexpr const char* kPhotographs = "Colours from photographs";
+  In(kPhotographs, app->add_option("--leave-out", look->leave_out,
+                                   "photographs (names or ends of them) that give no colours")
+                       ->delimiter(',')
+                       ->type_name("NAME,..."));
+  In(kPhotographs, app->add_flag("--show-unseen", look->show_unseen,
+                                 "magenta where no photograph sees the surface (otherwise the "
+                                 "metaballs' colours)"));
+  In(kPhotographs,
+     app->add_flag("--as-shot", look->as_shot, "the photographs' own exposures, not evened out"));
+  In(kPhotographs, AddSetting(app, "photo-memory", &look->photo_memory, "MIB"));
 
   constexpr const char* kPicture = "Picture";
-  in(kPicture, AddSetting(app, "supersample", &look->supersample, "N"));
-  in(kPicture, app->add_option_function<std::string>(
+  In(kPicture, AddSetting(app, "supersample", &look->supersample, "N"));
+  In(kPicture, AddSetting(app, "level-of-detail", &look->level_of_detail, "PX"));
+  In(kPicture, app->add_option_function<std::string>(
                       "--background",
                       [look](const std::string& text) {
                         try {
@@ -96,23 +182,33 @@ void AddLookOptions(CLI::App* app, LookOptions* look) {
                       "red,green,blue, each 0 to 1 as sRGB shows them, or transparent [default: "
                       "white, 1,1,1]")
                    ->type_name("R,G,B|transparent"));
-  in(kPicture, app->add_option("--bits", look->bits,
+  In(kPicture, app->add_option("--bits", look->bits,
                                "bits a channel: 8 or 16; .exr: 16 or 32 [default 8; .exr 16]")
                    ->type_name("8|16|32")
                    ->check(CLI::IsMember({8, 16, 32})));
-  in(kPicture, AddSetting(app, "dpi", &look->dpi, "N"));
+  In(kPicture, AddSetting(app, "dpi", &look->dpi, "N"));
 
   constexpr const char* kMachine = "Machine and input";
-  in(kMachine, AddChoice(app, "--backend", &look->backend, {"auto", "cpu", "cuda"},
+  In(kMachine, AddChoice(app, "--backend", &look->backend, {"auto", "cpu", "cuda"},
                          "what renders; auto: the GPU where there is one [default auto]"));
-  in(kMachine, AddSetting(app, "threads", &look->threads, "N"));
-  in(kMachine, app->add_option("--photos", look->photo_folder,
+  std::vector<std::string> methods;
+  for (const Method method : AllMethods()) methods.emplace_back(NameOf(method));
+  In(kMachine, AddChoice(app, "--method", &look->method, methods,
+                         "how rays meet the surface: ours, or one it is measured against, on the "
+                         "CPU (docs/accuracy.md) [default ours]"))
+      ->excludes("--backend");
+  In(kMachine, AddSetting(app, "threads", &look->threads, "N"));
+  In(kMachine, app->add_option("--photos", look->photo_folder,
                                "folder where the photographs are now (found by relative name)")
                    ->type_name("DIR"));
 }
 
 std::unique_ptr<Renderer> RendererOf(const LookOptions& look, std::string* why) {
-  return MakeRenderer(ParseBackend(look.backend), why);
+  const Method method = ParseMethod(look.method);
+  if (method != Method::kOurs) return MakeMethodRenderer(method);
+  std::unique_ptr<Renderer> renderer = MakeRenderer(ParseBackend(look.backend), why);
+  const double pixels = ValueOf("level-of-detail", look.level_of_detail);
+  return pixels > 0 ? MakeLodRenderer(std::move(renderer), pixels) : std::move(renderer);
 }
 
 Json ToJson(const Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
@@ -149,7 +245,13 @@ Json ToJson(const RenderStats& stats) {
             {"bin", stats.seconds_bin},
             {"trace", stats.seconds_trace},
             {"render", stats.seconds_total}}},
-          {"renderer_bytes", stats.bytes}};
+          {"renderer_bytes", stats.bytes},
+          {"level_of_detail",
+           {{"metaballs", stats.lod_metaballs},
+            {"error_px", stats.lod_error_px},
+            {"seconds", stats.lod_seconds},
+            {"bytes", stats.lod_bytes},
+            {"note", stats.lod_note}}}};
 }
 
 }  // namespace sherd::cli

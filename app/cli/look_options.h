@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "app/cli/appearance_options.h"
 #include "app/cli/command.h"
 #include "app/cli/option_types.h"
 #include "app/cli/source.h"
@@ -13,33 +14,50 @@
 #include "app/project/view.h"
 #include "metaball/renderer.h"
 #include "metaball/scene.h"
+#include "reconstruction/photographs.h"
 
 namespace sherd::cli {
 
 struct LookOptions {
   std::optional<Size> size;
   std::string photo, view;
-  std::optional<Vec3d> eye, look_at, up, light;
+  std::optional<Vec3d> eye, look_at, up;
   std::optional<double> fov_x, ortho_width, threshold, radius_scale, ambient, diffuse, supersample,
-      threads, dpi;
-  bool ortho = false, unlit = false;
-  std::string color = "blend", backend = "auto", background = "1,1,1", photo_folder;
+      level_of_detail, threads, dpi, photo_memory;
+  bool ortho = false, unlit = false, show_unseen = false, as_shot = false;
+  std::vector<std::string> leave_out;  // photographs, by name
+  std::string color = "blend", backend = "auto", method = "ours", background = "1,1,1",
+              photo_folder;
   int bits = 8;
+  std::optional<DensityModel> density;
+  std::string thresholds;  // empty: the source's
+  AppearanceOptions appearance;
 
   bool photo_colors() const { return color == "photo"; }
   // Photographs are needed, for the camera or for the colours.
   bool needs_survey() const { return photo_colors() || !photo.empty(); }
+  // How the photographs are looked up. Throws InputError for a photograph that does not exist.
+  PhotoShadingOptions PhotoOptions(const Survey& survey) const;
+  // Throws InputError where an option for photographs' colours is given without them.
+  void CheckPhotoOptions() const;
   ViewRequest Request(bool keep_photo_shape) const;
   Lighting Light() const;
   Surface SurfaceOf(double level_threshold) const;
+  // `own` but for what the options say.
+  Surface SurfaceOf(Surface own) const;
   RenderSettings Settings(double default_supersample = 1) const;
 };
 
 // Adds the options in groups; what contradicts is refused by the parser.
 void AddLookOptions(CLI::App* app, LookOptions* look);
+// Only the camera's, but for --size.
+void AddCameraOptions(CLI::App* app, LookOptions* look);
+// Only the surface's and the light's, but for --color.
+void AddSurfaceOptions(CLI::App* app, LookOptions* look);
+void AddLightOptions(CLI::App* app, LookOptions* look);
 
-// --backend's renderer; a line on stderr says why where the choice fell on the CPU although a GPU
-// was wanted or might have been there.
+// --backend's renderer, with --level-of-detail around it where that is asked for; a line on stderr
+// says why where the choice fell on the CPU although a GPU was wanted or might have been there.
 std::unique_ptr<Renderer> RendererOf(const LookOptions& look, std::string* why);
 
 Json ToJson(const Vec3d& v);

@@ -98,10 +98,14 @@ int Main(int argc, char** argv) {
       "could not be written, 4 not enough memory or no device, 130 cancelled.");
   Action action;
   AddInfo(&program, &action);
+  AddReconstruct(&program, &action);
   AddImport(&program, &action);
   AddBuild(&program, &action);
   AddRender(&program, &action);
   AddCompare(&program, &action);
+  AddExport(&program, &action);
+  AddBench(&program, &action);
+  AddScale(&program, &action);
   AddDevices(&program, &action);
   try {
     program.parse(argc, argv);

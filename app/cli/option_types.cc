@@ -145,6 +145,28 @@ double ValueOf(const std::string& name, const std::optional<double>& value) {
   return value.value_or(Setting(name).fallback);
 }
 
+CLI::Option* AddKnownDistance(CLI::App* app, std::optional<KnownDistance>* value) {
+  const std::string name = "--distance";
+  return app
+      ->add_option_function<std::vector<std::string>>(
+          name,
+          [name, value](const std::vector<std::string>& texts) {
+            try {
+              KnownDistance distance{ParseVector(texts.at(0)), ParseVector(texts.at(1))};
+              const std::optional<double> metres = ParseNumber<double>(texts.at(2));
+              if (!metres) throw InputError("", "", "\"" + texts[2] + "\" is no length in metres");
+              distance.metres = *metres;
+              ScaleOf(distance);
+              *value = distance;
+            } catch (const Error& error) {
+              throw CLI::ValidationError(name, error.what());
+            }
+          },
+          "the scale from two points of the project and their distance in metres")
+      ->expected(3)
+      ->type_name("X,Y,Z X,Y,Z M");
+}
+
 CLI::Option* AddChoice(CLI::App* app, const std::string& name, std::string* value,
                        const std::vector<std::string>& words, const std::string& help) {
   std::string all;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/project/project.h"
 #include "metaball/vec.h"
 
 namespace sherd::cli {
@@ -32,6 +33,8 @@ CLI::Option* AddSetting(CLI::App* app, const std::string& name, std::optional<do
                         const std::string& type_name);
 // The value or the table's default.
 double ValueOf(const std::string& name, const std::optional<double>& value);
+// "--distance P1 P2 METRES".
+CLI::Option* AddKnownDistance(CLI::App* app, std::optional<KnownDistance>* value);
 // One of a few words.
 CLI::Option* AddChoice(CLI::App* app, const std::string& name, std::string* value,
                        const std::vector<std::string>& words, const std::string& help);

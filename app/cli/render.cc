@@ -12,6 +12,7 @@
 #include "app/project/picture.h"
 #include "app/project/progress_range.h"
 #include "app/project/render_picture.h"
+#include "app/report/legend_picture.h"
 #include "metaball/atomic_file.h"
 #include "metaball/error.h"
 
@@ -27,7 +28,7 @@ double SecondsSince(Clock::time_point start) {
 struct RenderOptions {
   std::string source, out, level, depth_out, stats, reference;
   std::optional<double> reference_threshold, radius_factor;
-  bool linear = false, json = false;
+  bool linear = false, json = false, legend = false;
   LookOptions look;
 };
 
@@ -61,7 +62,15 @@ PictureOptions PictureOptionsOf(const RenderOptions& options, const Source& sour
   metadata["metaballs"] = std::to_string(source.cloud->size());
   metadata["threshold"] = FormatExact(scene.surface.threshold);
   metadata["radius_scale"] = FormatExact(scene.surface.radius_scale);
+  const AppearanceOptions& appearance = options.look.appearance;
   metadata["color"] = options.look.color;
+  if (!appearance.color_by.empty()) {
+    metadata["color"] = appearance.color_by + " (" + appearance.color_map + ")";
+  }
+  if (!appearance.texture.empty()) {
+    metadata["color"] = std::filesystem::path(appearance.texture).filename().string() + " (" +
+                        appearance.projection + ", " + appearance.texture_mode + ")";
+  }
   metadata["camera"] = CameraText(camera);
   metadata["backend"] = renderer.backend() + " (" + renderer.device() + ")";
   if (source.project && source.project->metres_per_unit()) {
@@ -94,6 +103,7 @@ Camera CameraFor(const LookOptions& look, const Source& source) {
 int RunRender(const RenderOptions& options, const Environment& environment) {
   const Clock::time_point start = Clock::now();
   const LookOptions& look = options.look;
+  look.CheckPhotoOptions();
   std::error_code error;
   if (!options.reference.empty() && !std::filesystem::exists(options.reference, error)) {
     throw InputError(options.reference, "", "does not exist",
@@ -112,16 +122,20 @@ int RunRender(const RenderOptions& options, const Environment& environment) {
   const double seconds_load = SecondsSince(start);
 
   const Camera camera = CameraFor(look, source);
-  const Scene scene{source.cloud, look.SurfaceOf(source.threshold), look.Light()};
   RenderSettings settings = look.Settings();
+  Scene scene{source.cloud, look.SurfaceOf(source.surface), look.Light()};
+  ApplyAppearance(look.appearance, source.level.get(), source.view.up.value_or(Vec3d{0, 0, 1}),
+                  settings.threads, &scene);
+  std::optional<Frame> legend;
+  if (options.legend) legend = DrawLegend(MakeLegend(scene, camera), camera.height);
   settings.planes.depth = !options.depth_out.empty();
 
   std::string why;
   const std::unique_ptr<Renderer> backend = RendererOf(look, &why);
   std::unique_ptr<PhotographRenderer> photo_renderer;
   if (look.photo_colors()) {
-    photo_renderer =
-        std::make_unique<PhotographRenderer>(backend.get(), *source.survey, source.level.get());
+    photo_renderer = std::make_unique<PhotographRenderer>(
+        backend.get(), *source.survey, source.level.get(), look.PhotoOptions(*source.survey));
   }
   Renderer* const renderer = photo_renderer ? photo_renderer.get() : backend.get();
   if (look.backend == "auto" && backend->backend() == "cpu" && !why.empty()) {
@@ -140,13 +154,15 @@ int RunRender(const RenderOptions& options, const Environment& environment) {
 
   const Background background = ParseBackground(look.background);
   double seconds_write = 0;
-  int strips = 0;
+  int strips = 0, rows_done = 0;
   const RenderStats stats = RenderInStrips(
       renderer, scene, camera, settings,
       [&](Frame&& strip) {
         const Clock::time_point begin = Clock::now();
         if (depth) depth->WriteRows(strip);
         Composite(background, &strip);
+        if (legend) OverlayLegend(*legend, camera.height, rows_done, &strip);
+        rows_done += strip.height;
         picture.WriteRows(strip);
         seconds_write += SecondsSince(begin);
         ++strips;
@@ -214,6 +230,10 @@ int RunRender(const RenderOptions& options, const Environment& environment) {
                        std::to_string(camera.height) + ", " + FormatGrouped(source.cloud->size()) +
                        " metaballs, " + FormatSeconds(stats.seconds_total) + " on " +
                        stats.backend + " (" + stats.device + ")\n";
+    if (stats.lod_metaballs > 0) {
+      text += "level of detail: " + FormatGrouped(stats.lod_metaballs) +
+              " metaballs, the surface within " + FormatNumber(stats.lod_error_px) + " px\n";
+    }
     if (difference) {
       text += "difference from " + options.reference + ": " + FormatNumber(difference->rms) +
               " of 255 (root mean square), largest " + FormatNumber(difference->largest) + ", " +
@@ -221,6 +241,7 @@ int RunRender(const RenderOptions& options, const Environment& environment) {
     }
     Print(text);
   }
+  if (!stats.lod_note.empty()) Warn("no level of detail: " + stats.lod_note);
   if (stats.unresolved > 0) {
     Warn(FormatGrouped(stats.unresolved) +
          " rays reached the iteration bound: their pixels may be wrong");
@@ -245,11 +266,14 @@ int RunRender(const RenderOptions& options, const Environment& environment) {
 void AddRender(CLI::App* program, Action* action) {
   auto options = std::make_shared<RenderOptions>();
   CLI::App* app = program->add_subcommand(
-      "render", "Render a level of a project, a metaball file or a .ply file as a picture.");
-  app->add_option("SOURCE", options->source,
-                  "a project, a metaball file, or a .ply with x y z radius red green blue (missing "
-                  "radii come from the spacing of the points; colours of integer type are sRGB, of "
-                  "float type linear)")
+      "render",
+      "Render a level of a project, a metaball file, a mesh or a .ply file as a picture.");
+  app->add_option(
+         "SOURCE", options->source,
+         "a project, a metaball file (.metaballs, .mbt, .mbb), a .ply with x y z radius red "
+         "green blue (missing radii come from the spacing of the points; colours of "
+         "integer type are sRGB, of float type linear), or the vertices of a mesh (.obj, "
+         ".stl, .off)")
       ->required();
   app->add_option("--out", options->out, "the picture: .png, .tif, .exr or .jpg")
       ->required()
@@ -259,6 +283,9 @@ void AddRender(CLI::App* program, Action* action) {
       ->type_name("63k");
   AddSetting(app, "radius-factor", &options->radius_factor, "F");
   AddLookOptions(app, &options->look);
+  app->add_flag("--legend", options->legend, "draw the colours of --color-by and their values")
+      ->needs("--color-by")
+      ->group("Appearance");
   app->add_flag("--linear", options->linear,
                 "write linear values, without the sRGB curve (.exr is always linear)")
       ->group("Picture");

@@ -1,4 +1,5 @@
-// What is rendered: a level of a project, a metaball file or a point cloud in a .ply file.
+// What is rendered or exported: a level of a project, a metaball file, the thesis's file, a mesh or
+// a point cloud.
 #pragma once
 
 #include <memory>
@@ -10,12 +11,14 @@
 #include "app/project/view.h"
 #include "metaball/cloud.h"
 #include "metaball/control.h"
+#include "metaball/scene.h"
 
 namespace sherd::cli {
 
-enum class SourceKind { kProject, kMetaballFile, kPly };
+enum class SourceKind { kProject, kMetaballFile, kThesisFile, kPly, kMesh };
 
-// Looks at the file's first bytes. Throws InputError naming what can be given.
+// Looks at the file's first bytes, and at its name where a format has no mark of its own. Throws
+// InputError naming what can be given.
 SourceKind KindOf(const std::string& path);
 
 struct Source {
@@ -25,17 +28,21 @@ struct Source {
   std::shared_ptr<const Level> level;    // of a project
   std::shared_ptr<const Survey> survey;  // of a project, where it was asked for
   std::shared_ptr<const Cloud> cloud;
-  double threshold = 0.7;
+  Surface surface;      // as the file or the level has it
+  std::string texture;  // the image that channel "uv" of the cloud belongs to; may be empty
+  std::string normal_map_texture;
   ViewContext view;  // refers to `survey`
   std::vector<std::string> warnings;
-  std::uint64_t dropped = 0;  // metaballs of a .ply that cannot be drawn
+  std::uint64_t dropped = 0;  // metaballs of a .ply or a mesh that cannot be drawn
 };
 
 struct SourceOptions {
   std::string level;                    // of a project; empty: the largest
   bool survey = false;                  // load cameras and photographs too
   std::string photo_folder;             // where the photographs are now
-  std::optional<double> radius_factor;  // of a .ply without radii
+  std::optional<double> radius_factor;  // of a .ply without radii, or a mesh
+  std::uint64_t samples = 0;            // points on a mesh's triangles; 0: its vertices
+  bool channels = false;                // normals too, where the source has them beside the cloud
 };
 
 // Throws InputError, ResourceError, Cancelled.

@@ -23,6 +23,9 @@ Json ToJson(const LevelEntry& level) {
           {"radius_max", s.radius_max},
           {"threshold", s.threshold},
           {"gaps_likely_share", s.open_share},
+          {"error_mean", s.HasErrors() ? Json(s.error_mean) : Json()},
+          {"error_p95", s.HasErrors() ? Json(s.error_p95) : Json()},
+          {"error_max", s.HasErrors() ? Json(s.error_max) : Json()},
           {"seconds", s.seconds},
           {"cloud_bytes", s.cloud_bytes}};
 }
@@ -91,13 +94,15 @@ std::string DescribeLevels(const Project& project) {
   if (project.levels().empty()) return "";
   const std::optional<double>& scale = project.metres_per_unit();
   std::vector<std::vector<std::string>> rows = {{"level", "metaballs", "spacing", "radius",
-                                                 "threshold", "gaps likely", "memory", "built in"}};
+                                                 "threshold", "gaps likely", "error, mean", "95 %",
+                                                 "largest", "memory", "built in"}};
   for (const LevelEntry& level : project.levels()) {
     const LevelStats& s = level.stats;
+    const auto error = [&](double v) { return s.HasErrors() ? FormatLength(v, scale) : "-"; };
     rows.push_back({level.name, FormatGrouped(s.count), FormatLength(s.spacing, scale),
                     FormatLength(s.radius_median, scale), FormatNumber(s.threshold),
-                    FormatShare(s.open_share), FormatBytes(s.cloud_bytes),
-                    FormatSeconds(s.seconds)});
+                    FormatShare(s.open_share), error(s.error_mean), error(s.error_p95),
+                    error(s.error_max), FormatBytes(s.cloud_bytes), FormatSeconds(s.seconds)});
   }
   return Table(rows);
 }

@@ -130,7 +130,7 @@ RenderStats RenderInBands(const PictureJob& job, const Camera& camera, int super
     if (scale > 1) band_camera = band_camera.Resized(camera.width * scale, height * scale);
     Frame band = job.renderer->Render(scene, band_camera, settings, part);
     if (job.photographs) {
-      job.photographs->Shade(*job.level, band_camera, job.lighting, &band, part);
+      job.photographs->Shade(*job.level, job.surface, band_camera, job.lighting, &band, part);
     }
     if (scale > 1) band = Reduced(band, scale);
     stats += band.stats;

@@ -271,6 +271,10 @@ void MainWindow::showImportSummary() {
     QString line = tr("Level %1: %2 metaballs, spacing %3")
                        .arg(QString::fromStdString(level.name), formatInteger(level.stats.count),
                             formatLength(level.stats.spacing, document_->metres_per_unit()));
+    if (level.stats.HasErrors()) {
+      line += tr(", %1 from the points in the mean")
+                  .arg(formatLength(level.stats.error_mean, document_->metres_per_unit()));
+    }
     if (level.stats.open_share > 0) {
       line += tr("; holes possible around %1 of them").arg(formatShare(level.stats.open_share));
     }

@@ -37,7 +37,7 @@ void MainWindow::exportScreenshot(const PictureExport& options) {
   ExportView view;
   view.level_idx = pane->levelIndex();
   view.surface = pane->surface();
-  view.photograph_colors = pane->colorSource() == ColorSource::kPhotographs;
+  view.photograph_colors = pane->colorSource() == PaneColors::kPhotographs;
   const QString path = QString::fromStdString(options.path);
   newJob(tr("Exporting the screenshot"))
       ->start([scene = exportScene(), view, options](
@@ -67,11 +67,11 @@ void MainWindow::exportSheet(const PictureExport& options, const std::vector<std
     ExportView view;
     view.level_idx = level;
     view.surface.threshold = document_->levels()[level].stats.threshold;
-    view.photograph_colors = grid_->activePane()->colorSource() == ColorSource::kPhotographs;
+    view.photograph_colors = grid_->activePane()->colorSource() == PaneColors::kPhotographs;
     for (const ViewPane* pane : grid_->panes()) {
       if (pane->levelIndex() != level) continue;
       view.surface = pane->surface();
-      view.photograph_colors = pane->colorSource() == ColorSource::kPhotographs;
+      view.photograph_colors = pane->colorSource() == PaneColors::kPhotographs;
       break;
     }
     views.push_back(view);

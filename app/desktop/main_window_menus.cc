@@ -192,8 +192,8 @@ void MainWindow::buildPaneMenu() {
   needs_document_ << addAction(menu, tr("F&iner level"), Qt::Key_BracketRight,
                                [pane] { pane()->setLevel(pane()->levelIndex() + 1); });
   needs_photographs_ << addAction(menu, tr("&Blended colours or photographs"), Qt::Key_C, [pane] {
-    pane()->setColorSource(pane()->colorSource() == ColorSource::kBlend ? ColorSource::kPhotographs
-                                                                        : ColorSource::kBlend);
+    pane()->setColorSource(pane()->colorSource() == PaneColors::kBlend ? PaneColors::kPhotographs
+                                                                       : PaneColors::kBlend);
   });
   needs_document_ << addAction(menu, tr("&Link this camera"), Qt::Key_L,
                                [pane] { pane()->setLinked(!pane()->isLinked()); });

@@ -315,7 +315,8 @@ std::shared_ptr<RenderedView> RenderQueue::draw(const Task& task, const Control&
   }
   if (request.photos) {
     view->photo_stats = shaderFor(request.photos)
-                            .Shade(*request.level, view->camera, request.lighting, &frame, control);
+                            .Shade(*request.level, request.surface, view->camera, request.lighting,
+                                   &frame, control);
   }
   view->image = imageFromFrame(frame, request.background_srgb);
   view->depth = std::move(frame.depth);

@@ -103,7 +103,7 @@ void ViewPane::buildHeader(int number) {
   connect(level_box_, &QComboBox::activated, this,
           [this](int index) { setLevel(static_cast<std::size_t>(index)); });
   connect(color_box_, &QComboBox::activated, this,
-          [this](int index) { setColorSource(static_cast<ColorSource>(index)); });
+          [this](int index) { setColorSource(static_cast<PaneColors>(index)); });
   connect(radius_, &ValueSlider::valueChanged, this, &ViewPane::refresh);
   connect(threshold_, &ValueSlider::valueChanged, this, &ViewPane::refresh);
   connect(link_, &QToolButton::toggled, this, &ViewPane::linkToggled);
@@ -214,14 +214,14 @@ Surface ViewPane::surface() const {
   return surface;
 }
 
-ColorSource ViewPane::colorSource() const {
-  return static_cast<ColorSource>(std::max(0, color_box_->currentIndex()));
+PaneColors ViewPane::colorSource() const {
+  return static_cast<PaneColors>(std::max(0, color_box_->currentIndex()));
 }
 
-void ViewPane::setColorSource(ColorSource source) {
-  if (source == ColorSource::kPhotographs && (!document_ || !document_->HasPhotographs())) return;
+void ViewPane::setColorSource(PaneColors source) {
+  if (source == PaneColors::kPhotographs && (!document_ || !document_->HasPhotographs())) return;
   color_box_->setCurrentIndex(static_cast<int>(source));
-  if (source == ColorSource::kPhotographs && !survey_) {
+  if (source == PaneColors::kPhotographs && !survey_) {
     Q_EMIT surveyNeeded();  // setSurvey draws when it is there
     return;
   }
@@ -240,7 +240,7 @@ void ViewPane::setDisplay(const DisplaySettings& display) {
 
 void ViewPane::setSurvey(std::shared_ptr<const Survey> survey) {
   survey_ = std::move(survey);
-  if (colorSource() == ColorSource::kPhotographs) refresh();
+  if (colorSource() == PaneColors::kPhotographs) refresh();
 }
 
 void ViewPane::refresh() {
@@ -252,7 +252,7 @@ void ViewPane::refresh() {
   request.lighting = display_.lighting;
   const QSize size = canvas_->pixelSize();
   request.camera = camera_.MakeCamera(size.width(), size.height());
-  if (colorSource() == ColorSource::kPhotographs) request.photos = survey_;
+  if (colorSource() == PaneColors::kPhotographs) request.photos = survey_;
   request.background_srgb = {static_cast<float>(display_.background.redF()),
                              static_cast<float>(display_.background.greenF()),
                              static_cast<float>(display_.background.blueF())};
@@ -297,6 +297,14 @@ void ViewPane::showFigures() {
        stats ? tr("Median, radius factor applied; from %1 to %2")
                    .arg(length(stats->radius_min * factor), length(stats->radius_max * factor))
              : QString()});
+  const bool errors = stats && stats->HasErrors();
+  fields.append(
+      {tr("Error"), errors ? formatLength(stats->error_mean, scale) : none,
+       errors
+           ? tr("Mean distance of the surveyed points from the surface as built; 95 % lie within "
+                "%1, the farthest at %2")
+                 .arg(formatLength(stats->error_p95, scale), formatLength(stats->error_max, scale))
+           : tr("How far the surveyed points lie from the surface is not known")});
   const RenderedView* view = figures_.get();
   QString time = none, time_help, hits = none, hits_help;
   if (view && level_ && view->level == level_) {

@@ -21,7 +21,7 @@ class BackgroundJob;
 class InfoStrip;
 class ValueSlider;
 
-enum class ColorSource { kBlend, kPhotographs };
+enum class PaneColors { kBlend, kPhotographs };
 
 // What all panes share besides the camera.
 struct DisplaySettings {
@@ -52,8 +52,8 @@ class ViewPane : public QFrame {
   // Null while it is loading.
   const std::shared_ptr<const Level>& level() const { return level_; }
   Surface surface() const;
-  ColorSource colorSource() const;
-  void setColorSource(ColorSource source);
+  PaneColors colorSource() const;
+  void setColorSource(PaneColors source);
   bool isLinked() const;
   void setLinked(bool linked);
   void setDisplay(const DisplaySettings& display);

@@ -93,6 +93,7 @@ CheckedReader::CheckedReader(const std::string& path, const char* magic, std::ui
       Fail("is not the file it should be");
     }
     const auto found_version = Value<std::uint32_t>();
+    version_ = found_version;
     if (found_version == 0 || found_version > version) {
       throw InputError(path_, "byte 8",
                        "has version " + std::to_string(found_version) + ", this program reads " +

@@ -75,7 +75,8 @@ class CheckedReader {
   void Finish();
   // Throws InputError with the byte reached.
   [[noreturn]] void Fail(const std::string& message) const;
-  double fraction() const;  // of the file read so far
+  double fraction() const;                            // of the file read so far
+  std::uint32_t version() const { return version_; }  // that was found
 
  private:
   void Blocks(void* data, std::size_t bytes, const Control& control);
@@ -83,7 +84,7 @@ class CheckedReader {
   std::string path_, hint_;
   std::FILE* file_ = nullptr;
   std::uint64_t size_ = 0, offset_ = 0;
-  std::uint32_t crc_ = 0;
+  std::uint32_t crc_ = 0, version_ = 0;
 };
 
 }  // namespace sherd

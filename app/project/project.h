@@ -23,13 +23,26 @@
 
 namespace sherd {
 
+// Two points of the survey whose distance was measured on the site.
+struct KnownDistance {
+  Vec3d first{}, second{};  // world units, in the project's frame
+  double metres = 0;
+};
+// Metres per unit; InputError where the points coincide or the length is not positive.
+double ScaleOf(const KnownDistance& distance);
+
 struct ImportOptions {
   std::string source;        // a workspace at any level, or a point cloud file
   std::string photo_folder;  // may be empty
+  std::string mask_folder;   // of masks (photo_mask.h); may be empty
   std::optional<std::size_t> model;
   PointSource points = PointSource::kAuto;
+  // A transform of colmap model_aligner (similarity.h) that is applied to everything; the project
+  // is in its target frame. May be empty.
+  std::string transform;
   std::optional<double> metres_per_unit;
-  std::optional<Vec3d> up;  // world; default: estimated from the photographs
+  std::optional<KnownDistance> known_distance;  // instead of metres_per_unit
+  std::optional<Vec3d> up;                      // world; default: estimated from the photographs
   std::uint64_t decimate_to = 0;
   std::uint64_t memory_limit_bytes = 0;
 };

@@ -18,7 +18,9 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "sherd project";
-constexpr std::uint64_t kVersion = 1;
+// 2: how a level was reduced, and its errors. Files of version 1 are read: their levels are what
+// version 1 built, and their errors are not known.
+constexpr std::uint64_t kVersion = 2;
 constexpr std::uintmax_t kLargestFile = 64 << 20;
 
 Json FromVector(const Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
@@ -78,6 +80,7 @@ class Reader {
     }
     return {v[0].get<double>(), v[1].get<double>(), v[2].get<double>()};
   }
+  bool Has(const char* key) const { return json_.contains(key); }
   bool IsNull(const char* key) const { return Get(key).is_null(); }
   const Json& Array(const char* key) const {
     const Json& v = Get(key);
@@ -110,10 +113,13 @@ Json FromLevel(const LevelEntry& level) {
           {"program", level.program},
           {"options",
            {{"target_count", o.target_count},
+            {"reduction", ReductionName(o.reduction)},
+            {"nested", o.nested},
             {"remove_outliers", o.remove_outliers},
             {"radius_factor", o.radius_factor},
             {"threshold", o.threshold},
-            {"photos_per_metaball", o.max_photos_per_metaball}}},
+            {"photos_per_metaball", o.max_photos_per_metaball},
+            {"photo_colors", o.photo_colors}}},
           {"stats",
            {{"source_points", s.source_points},
             {"outliers", s.outliers},
@@ -125,11 +131,14 @@ Json FromLevel(const LevelEntry& level) {
             {"radius_max", s.radius_max},
             {"threshold", s.threshold},
             {"open_share", s.open_share},
+            {"error_mean", s.error_mean},
+            {"error_p95", s.error_p95},
+            {"error_max", s.error_max},
             {"seconds", s.seconds},
             {"cloud_bytes", s.cloud_bytes}}}};
 }
 
-LevelEntry ToLevel(const Reader& in) {
+LevelEntry ToLevel(const Reader& in, std::uint64_t version) {
   LevelEntry level;
   level.name = in.Text("name");
   level.folder = in.Text("folder");
@@ -141,6 +150,17 @@ LevelEntry ToLevel(const Reader& in) {
   level.options.threshold = options.Number("threshold");
   level.options.max_photos_per_metaball =
       static_cast<int>(std::min<std::uint64_t>(options.Count("photos_per_metaball"), 1 << 20));
+  if (version >= 2) {
+    const std::string reduction = options.Text("reduction");
+    const std::optional<Reduction> known = FindReduction(reduction);
+    if (!known) options.Fail(options.Name("reduction"), "is unknown: " + reduction);
+    level.options.reduction = *known;
+    level.options.nested = options.Bool("nested");
+  } else {
+    level.options.reduction = Reduction::kVoxel;
+  }
+  // Files from before there was a choice do not have it.
+  if (options.Has("photo_colors")) level.options.photo_colors = options.Bool("photo_colors");
   const Reader stats = in.Object("stats");
   LevelStats& s = level.stats;
   s.source_points = stats.Count("source_points");
@@ -153,6 +173,11 @@ LevelEntry ToLevel(const Reader& in) {
   s.radius_max = stats.Number("radius_max");
   s.threshold = stats.Number("threshold");
   s.open_share = stats.Number("open_share");
+  if (version >= 2) {
+    s.error_mean = stats.Number("error_mean");
+    s.error_p95 = stats.Number("error_p95");
+    s.error_max = stats.Number("error_max");
+  }
   s.seconds = stats.Number("seconds");
   s.cloud_bytes = stats.Count("cloud_bytes");
   return level;
@@ -209,6 +234,9 @@ void ProjectJson::Read(const std::string& text, Project* project) {
     throw InputError(project->path_, "line " + std::to_string(LineOf(text, error.byte)),
                      "is no Sherd project: the JSON is damaged here",
                      "import the survey again, or restore the file");
+  } catch (const Json::exception&) {  // a number that no double holds
+    throw InputError(project->path_, "", "is no Sherd project: a number in it is out of range",
+                     "import the survey again, or restore the file");
   }
   if (!json.is_object() || json.value("format", Json()) != kFormat) {
     throw InputError(project->path_, "line 1", "is no Sherd project",
@@ -216,10 +244,10 @@ void ProjectJson::Read(const std::string& text, Project* project) {
   }
   const Reader in(json, project->path_, "");
   const std::uint64_t version = in.Count("version");
-  if (version != kVersion) {
+  if (version == 0 || version > kVersion) {
     throw InputError(
         project->path_, "version",
-        "is " + std::to_string(version) + ", this program knows " + std::to_string(kVersion),
+        "is " + std::to_string(version) + ", this program knows 1 to " + std::to_string(kVersion),
         "use a newer Sherd, or import the survey again");
   }
   project->revision_ = in.Count("revision");
@@ -255,7 +283,7 @@ void ProjectJson::Read(const std::string& text, Project* project) {
   std::size_t i = 0;
   for (const Json& level : in.Array("levels")) {
     project->levels_.push_back(
-        ToLevel(Reader(level, project->path_, "levels[" + std::to_string(i++) + "]")));
+        ToLevel(Reader(level, project->path_, "levels[" + std::to_string(i++) + "]"), version));
   }
 }
 

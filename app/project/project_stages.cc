@@ -13,6 +13,8 @@
 #include "app/project/view.h"
 #include "metaball/error.h"
 #include "metaball/metaball_file.h"
+#include "reconstruction/photo_colors.h"
+#include "reconstruction/similarity.h"
 
 namespace sherd {
 namespace {
@@ -101,6 +103,16 @@ std::vector<std::size_t> ModelNumbers(const Workspace& workspace) {
   return numbers;
 }
 
+double ScaleOf(const KnownDistance& distance) {
+  const double units = Length(distance.second - distance.first);
+  const double scale = distance.metres / units;
+  if (!(distance.metres > 0) || !(units > 0) || !(scale > 0 && scale < INFINITY)) {
+    throw InputError("", "",
+                     "a known distance needs two different points and a length above 0 metres");
+  }
+  return scale;
+}
+
 Project ImportSurvey(const ImportOptions& options, const std::string& project_path,
                      const Control& control) {
   const auto start = std::chrono::steady_clock::now();
@@ -111,6 +123,11 @@ Project ImportSurvey(const ImportOptions& options, const std::string& project_pa
   if (options.up && !(Length(*options.up) > 0 && Length(*options.up) < INFINITY)) {
     throw InputError("", "", "the up direction must have a length above 0");
   }
+  const std::optional<double> scale = options.known_distance
+                                          ? std::optional(ScaleOf(*options.known_distance))
+                                          : options.metres_per_unit;
+  std::optional<Similarity3d> transform;
+  if (!options.transform.empty()) transform = ReadSimilarity(options.transform);
   CheckDestination(project_path);
   std::error_code error;
   const fs::path project_folder =
@@ -133,12 +150,14 @@ Project ImportSurvey(const ImportOptions& options, const std::string& project_pa
   LoadOptions load;
   load.source = options.points;
   load.photo_folder = options.photo_folder;
+  load.mask_folder = options.mask_folder;
   load.memory_limit_bytes = options.memory_limit_bytes;
   load.decimate_to = options.decimate_to;
   load.model = options.model;
   Survey survey = LoadSurvey(workspace, load, PartOf(control, 0, 0.9));
   control.ThrowIfStopped();
-  if (options.metres_per_unit) survey.metres_per_unit = options.metres_per_unit;
+  if (transform) TransformSurvey(*transform, &survey);
+  if (scale) survey.metres_per_unit = scale;
   if (options.up) survey.up = Normalized(*options.up);
 
   Project project;
@@ -162,7 +181,7 @@ Project ImportSurvey(const ImportOptions& options, const std::string& project_pa
   summary.warnings = survey.warnings;
   for (Photograph& photograph : survey.photographs) {
     if (!photograph.path.empty()) ++summary.photographs_found;
-    for (std::string* file : {&photograph.path, &photograph.original_path}) {
+    for (std::string* file : {&photograph.path, &photograph.original_path, &photograph.mask_path}) {
       if (file->empty()) continue;
       const fs::path absolute = fs::absolute(*file, error).lexically_normal();
       *file = absolute.lexically_relative(project_folder).string();
@@ -204,8 +223,9 @@ void BuildLevels(Project* project, const std::vector<std::uint64_t>& targets,
 
   control.Report("reading the survey", 0);
   const auto survey = project->LoadSurveyFromCache(PartOf(control, 0, 0.05));
-  const PreparedPoints points =
+  PreparedPoints points =
       PreparePoints(*survey, options.remove_outliers, PartOf(control, 0.05, 0.4));
+  if (options.nested) OrderPoints(options.reduction, &points, PartOf(control, 0.4, 0.4));
   for (std::size_t i = 0; i < targets.size(); ++i) {
     control.ThrowIfStopped();
     const double share = 0.6 / static_cast<double>(targets.size());
@@ -213,8 +233,13 @@ void BuildLevels(Project* project, const std::vector<std::uint64_t>& targets,
     LevelOptions level_options = options;
     level_options.target_count = targets[i];
     const std::string name = FormatCount(targets[i]);
-    Level level = BuildLevel(points, *survey, level_options,
-                             PartOf(control, from, from + 0.9 * share, name + ": "));
+    const double built = from + (options.photo_colors ? 0.5 : 0.9) * share;
+    Level level =
+        BuildLevel(points, *survey, level_options, PartOf(control, from, built, name + ": "));
+    if (options.photo_colors) {
+      ColorFromPhotographs(*survey, {}, &level,
+                           PartOf(control, built, from + 0.9 * share, name + ": "));
+    }
     level.name = name;
     control.Report(name + ": writing", from + 0.9 * share);
 

@@ -3,24 +3,28 @@
 #include <algorithm>
 
 #include "app/project/progress_range.h"
+#include "metaball/appearance/deferred.h"
 #include "metaball/error.h"
 #include "metaball/supersample.h"
 
 namespace sherd {
 
 PhotographRenderer::PhotographRenderer(Renderer* inner, const Survey& survey, const Level* level,
-                                       int memory_mb)
-    : inner_(inner), level_(level), shader_(survey, memory_mb) {}
+                                       const PhotoShadingOptions& options)
+    : inner_(inner), level_(level), shader_(survey, options) {}
 
 Frame PhotographRenderer::Render(const Scene& scene, const Camera& camera,
                                  const RenderSettings& settings, const Control& control) {
+  if (NeedsDeferredPasses(scene)) {
+    return RenderDeferred(this, scene, camera, settings, control);
+  }
   // Each of the finer picture's pixels looks into the photographs, then they are averaged.
   if (settings.supersample > 1) return RenderSupersampled(this, scene, camera, settings, control);
   RenderSettings all_planes = settings;
-  all_planes.planes = {true, true, true};
+  all_planes.planes.depth = all_planes.planes.normal = all_planes.planes.id = true;
   Frame frame = inner_->Render(scene, camera, all_planes, PartOf(control, 0, 0.5));
-  const PhotoShadingStats stats =
-      shader_.Shade(*level_, camera, scene.lighting, &frame, PartOf(control, 0.5, 1));
+  const PhotoShadingStats stats = shader_.Shade(*level_, scene.surface, camera, scene.lighting,
+                                                &frame, PartOf(control, 0.5, 1));
   frame.stats.seconds_total += stats.seconds;
   if (!settings.planes.depth) frame.depth = {};
   if (!settings.planes.normal) frame.normal = {};
@@ -42,10 +46,8 @@ Frame PhotographRenderer::Render(const Scene& scene, const Camera& camera,
 }
 
 int StripRows(const Camera& camera, const Planes& planes, std::size_t max_bytes) {
-  const std::size_t pixel = sizeof(Pixel) + (planes.depth ? sizeof(float) : 0) +
-                            (planes.normal ? sizeof(Vec3f) : 0) +
-                            (planes.id ? sizeof(std::int32_t) : 0);
-  const std::size_t row = pixel * static_cast<std::size_t>(std::max(1, camera.width));
+  const std::size_t row =
+      planes.BytesPerPixel() * static_cast<std::size_t>(std::max(1, camera.width));
   return static_cast<int>(std::clamp<std::size_t>(
       max_bytes / row, 1, static_cast<std::size_t>(std::max(1, camera.height))));
 }
@@ -54,7 +56,7 @@ RenderStats RenderInStrips(Renderer* renderer, const Scene& scene, const Camera&
                            const RenderSettings& settings,
                            const std::function<void(Frame&& strip)>& sink, const Control& control,
                            std::size_t max_bytes) {
-  const int rows = StripRows(camera, settings.planes, max_bytes);
+  const int rows = StripRows(camera, PlanesNeeded(scene, settings.planes), max_bytes);
   RenderStats stats;
   for (int y = 0; y < camera.height; y += rows) {
     const int height = std::min(rows, camera.height - y);

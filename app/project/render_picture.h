@@ -15,9 +15,9 @@ namespace sherd {
 // hold the level's cloud.
 class PhotographRenderer final : public Renderer {
  public:
-  // `inner` and `level` must outlive it. memory_mb bounds the photographs' pixels held.
+  // `inner`, `survey` and `level` must outlive it.
   PhotographRenderer(Renderer* inner, const Survey& survey, const Level* level,
-                     int memory_mb = 1024);
+                     const PhotoShadingOptions& options = {});
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control = {}) override;

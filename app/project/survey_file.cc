@@ -1,5 +1,6 @@
 #include "app/project/survey_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -14,7 +15,7 @@ static_assert(sizeof(Vec3d) == 24 && sizeof(Vec3f) == 12 && sizeof(Rgb8) == 3);
 constexpr char kSurveyMagic[] = "SHERDSV\n";
 constexpr char kOutlineMagic[] = "SHERDOL\n";
 constexpr char kLevelMagic[] = "SHERDLV\n";
-constexpr std::uint32_t kSurveyVersion = 1, kOutlineVersion = 1, kLevelVersion = 1;
+constexpr std::uint32_t kSurveyVersion = 2, kOutlineVersion = 1, kLevelVersion = 2;
 constexpr const char* kSurveyHint = "import the survey again";
 constexpr const char* kLevelHint = "build the level again";
 
@@ -24,6 +25,7 @@ enum Channel : std::uint32_t {
   kError = 4,
   kPhotographs = 8,
   kDense = 16,
+  kDepth = 32,
 };
 
 // begin (n + 1 offsets) as n counts.
@@ -84,6 +86,7 @@ void WriteRecords(const Survey& survey, CheckedWriter* out) {
     out->Text(photograph.path);
     out->Text(photograph.original_path);
     out->Value(photograph.original_camera_idx);
+    out->Text(photograph.mask_path);
   }
 }
 
@@ -129,6 +132,7 @@ void ReadRecords(CheckedReader* in, Survey* survey) {
       in->Fail("has an original photograph of camera " +
                std::to_string(photograph.original_camera_idx) + " of " + std::to_string(cameras));
     }
+    if (in->version() >= 2) photograph.mask_path = in->Text();
   }
 }
 
@@ -214,6 +218,7 @@ void WriteLevelAttributes(const std::string& path, const Level& level) {
   std::uint32_t channels = 0;
   if (Complete(level.normal, n)) channels |= kNormal;
   if (n > 0 && level.photo_begin.size() == n + 1) channels |= kPhotographs;
+  if (Complete(level.depth, n)) channels |= kDepth;
   out.Value(static_cast<std::uint64_t>(n));
   out.Value(channels);
   if (channels & kNormal) out.Array(level.normal);
@@ -222,6 +227,7 @@ void WriteLevelAttributes(const std::string& path, const Level& level) {
     out.Array(CountsOf(level.photo_begin));
     out.Array(level.photo_idx);
   }
+  if (channels & kDepth) out.Array(level.depth);
   out.Commit();
 }
 
@@ -238,6 +244,13 @@ void ReadLevelAttributes(const std::string& path, std::uint64_t photographs, Lev
   if (channels & kNormal) in.Array(n, &level->normal, control);
   if (channels & kPhotographs) {
     ReadPhotographs(&in, n, photographs, &level->photo_begin, &level->photo_idx, control);
+  }
+  if (channels & kDepth) {
+    in.Array(n, &level->depth, control);
+    if (!std::all_of(level->depth.begin(), level->depth.end(),
+                     [](float d) { return std::isfinite(d); })) {
+      in.Fail("holds a depth that is no number");
+    }
   }
   in.Finish();
 }

@@ -171,10 +171,17 @@ std::vector<Figure> FiguresOf(const SheetPanel& panel, const SheetOptions& optio
   const LevelStats& level = panel.level;
   const RenderStats& render = panel.frame.stats;
   const double scale = panel.radius_scale;
+  const bool as_built = level.HasErrors() && scale == 1.0 && panel.threshold == level.threshold;
+  const auto error = [&](double v) {
+    return as_built ? FormatLength(v, options.metres_per_unit) : std::string("\u2013");
+  };
   return {{"Spacing", FormatLength(level.spacing, options.metres_per_unit)},
           {"Radius", FormatLength(level.radius_median * scale, options.metres_per_unit)},
           {"Threshold", FormatNumber(panel.threshold)},
           {"Gaps likely", FormatShare(level.open_share)},
+          // Of the surface as it was built: other radii or thresholds make another one.
+          {"Error, mean", error(level.error_mean)},
+          {"Error, 95 %", error(level.error_p95)},
           {"Render time", FormatSeconds(render.seconds_total)},
           {"Memory", FormatBytes(level.cloud_bytes + render.bytes)}};
 }

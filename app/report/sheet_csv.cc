@@ -49,6 +49,13 @@ Row RowOf(const SheetPanel& panel, const std::optional<double>& metres_per_unit)
   number("radius_scale", panel.radius_scale);
   number("threshold", panel.threshold);
   number("gaps_likely_share", level.open_share);
+  // Of the level as it was built, world units; empty where not known.
+  const auto error = [&](const char* name, double v) {
+    text(name, level.HasErrors() ? FormatExact(v) : "");
+  };
+  error("error_mean", level.error_mean);
+  error("error_p95", level.error_p95);
+  error("error_max", level.error_max);
   number("build_seconds", level.seconds);
   count("rays", render.rays);
   count("hits", render.hits);

@@ -8,7 +8,7 @@
 namespace sherd {
 
 // Figures under each panel (spacing, radius, ...).
-inline constexpr int kSheetFigures = 6;
+inline constexpr int kSheetFigures = 8;
 
 struct SheetLayout {
   double unit = 1;  // sizes of type and gaps, in pixels of a 1920 x 1080 sheet
