@@ -49,6 +49,35 @@ LookOptions Parse(const std::string& line) {
   return look;
 }
 
+TEST(LookOptions, TheSurfaceIsTheSourcesButForWhatIsSaid) {
+  Surface own;
+  own.threshold = 0.2;
+  own.density = ParseDensity("wyvill");
+  own.mode = ThresholdMode::kBlended;
+  const Surface kept = Parse("").SurfaceOf(own);
+  EXPECT_EQ(kept.threshold, 0.2);
+  EXPECT_EQ(kept.density.kind, DensityKind::kWyvill);
+  EXPECT_EQ(kept.mode, ThresholdMode::kBlended);
+  EXPECT_EQ(Parse("--threshold 0.5").SurfaceOf(own).mode, ThresholdMode::kUniform);
+  const Surface asked =
+      Parse("--density blinn:8,2 --thresholds gated --threshold 0.5").SurfaceOf(own);
+  EXPECT_EQ(asked.density.kind, DensityKind::kBlinn);
+  EXPECT_EQ(asked.density.rate, 8);
+  EXPECT_EQ(asked.mode, ThresholdMode::kGated);
+  EXPECT_EQ(asked.threshold, 0.5);
+  for (const char* bad : {"--density blob", "--density power:99", "--thresholds none",
+                          "--method magic", "--method thesis --backend cuda"}) {
+    EXPECT_THROW(Parse(bad), CLI::ParseError) << bad;
+  }
+}
+
+TEST(LookOptions, AMethodOfComparisonCanBeChosen) {
+  std::string why;
+  const auto thesis = RendererOf(Parse("--method thesis"), &why);
+  EXPECT_NE(thesis->device().find("thesis"), std::string::npos) << thesis->device();
+  EXPECT_EQ(RendererOf(Parse("--backend cpu"), &why)->backend(), "cpu");
+}
+
 TEST(LookOptions, LightAlongAVectorSwitchesTheHeadlightOff) {
   EXPECT_TRUE(Parse("").Light().headlight);
   const Lighting light = Parse("--light -0.5,1,-0.6 --ambient 0.2 --diffuse 0.8").Light();

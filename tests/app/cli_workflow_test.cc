@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/project/picture.h"
+#include "app/project/project.h"
 #include "tests/app/run_sherd.h"
 #include "tests/app/test_workspace.h"
 
@@ -123,6 +124,43 @@ TEST_F(CliWorkflow, ImportOptionsOfTheFixedForm) {
   EXPECT_EQ(found["dense"], true);
 }
 
+TEST_F(CliWorkflow, TheScaleIsMeasuredOrGiven) {
+  ExpectSuccess(RunSherd("import " + Q("ws") + " --project " + Q("scaled.sherd") +
+                         " --distance 0,0,0 3,4,0 2.5"));
+  RunResult result = RunSherd("scale " + Q("scaled.sherd"));
+  ExpectSuccess(result);
+  EXPECT_THAT(result.out, HasSubstr("One unit is 0.5 m"));
+  ExpectSuccess(RunSherd("scale " + Q("scaled.sherd") + " --distance 1,0,0 1,0,-2 0.5"));
+  EXPECT_EQ(json::parse(RunSherd("info " + Q("scaled.sherd") + " --json").out)["metres_per_unit"],
+            0.25);
+  ExpectSuccess(RunSherd("scale " + Q("scaled.sherd") + " --metres-per-unit 3"));
+  EXPECT_EQ(json::parse(RunSherd("scale " + Q("scaled.sherd") + " --json").out)["metres_per_unit"],
+            3);
+  for (const char* wrong :
+       {"--distance 1,0,0 1,0,0 1", "--distance 0,0,0 1,0,0 0", "--distance 0,0,0 1,0,0 x",
+        "--distance 0,0,0 1,0,0", "--distance 0,0 1,0,0 1", "--markers 4x4_50",
+        "--markers none --target-size 1", "--chessboard 9x6 --target-size 0.03",
+        "--metres-per-unit 2 --distance 0,0,0 1,0,0 1"}) {
+    testing::ExpectFailure(RunSherd("scale " + Q("scaled.sherd") + " " + wrong), 2, "");
+  }
+  EXPECT_EQ(json::parse(RunSherd("scale " + Q("scaled.sherd") + " --json").out)["metres_per_unit"],
+            3)
+      << "as it was";
+}
+
+TEST_F(CliWorkflow, ATransformMovesTheProject) {
+  testing::WriteText(Path("transform.txt"), "2 1 0 0 0 500000 4500000 100\n");
+  ExpectSuccess(RunSherd("import " + Q("ws") + " --project " + Q("moved.sherd") + " --transform " +
+                         Q("transform.txt") + " --metres-per-unit 1"));
+  const Box3d before = Project::Open(Path("p.sherd")).bounds();
+  const Box3d after = Project::Open(Path("moved.sherd")).bounds();
+  EXPECT_NEAR(after.min.x, 2 * before.min.x + 500000, 1e-6);
+  EXPECT_NEAR(after.max.y, 2 * before.max.y + 4500000, 1e-6);
+  testing::ExpectFailure(RunSherd("import " + Q("ws") + " --project " + Q("moved.sherd") +
+                                  " --transform " + Q("ws/sparse/0/cameras.txt")),
+                         2, "cameras.txt");
+}
+
 TEST_F(CliWorkflow, LevelsThatAreUpToDateAreKept) {
   const std::string json_before = testing::ReadText(Path("p.sherd"));
   RunResult result = RunSherd("build " + Q("p.sherd") + " --levels 2k --json");
@@ -213,7 +251,8 @@ TEST_F(CliWorkflow, LinksNoQt) {
 }
 
 TEST_F(CliWorkflow, HelpHasExamplesForEveryCommand) {
-  for (const char* command : {"info", "import", "build", "render", "compare", "devices"}) {
+  for (const char* command :
+       {"info", "reconstruct", "import", "scale", "build", "render", "compare", "devices"}) {
     const RunResult result = RunSherd(std::string(command) + " --help");
     ExpectSuccess(result);
     EXPECT_THAT(result.out, HasSubstr("Example")) << command;

@@ -254,9 +254,11 @@ TEST_F(ProjectTest, ADamagedProjectFileIsNamedByItsPlace) {
     return MessageOf([&] { Project::Open(copy); });
   };
   EXPECT_THAT(with("\"up\": [", "\"up\": [["), HasSubstr("copy.sherd: line "));
-  EXPECT_THAT(with("\"version\": 1", "\"version\": 2"), HasSubstr("use a newer Sherd"));
-  EXPECT_THAT(with("\"version\": 1", "\"version\": \"1\""),
+  EXPECT_THAT(with("\"version\": 2", "\"version\": 3"), HasSubstr("use a newer Sherd"));
+  EXPECT_THAT(with("\"version\": 2", "\"version\": \"2\""),
               HasSubstr("version: should be a whole"));
+  EXPECT_THAT(with("\"reduction\": \"voxel\"", "\"reduction\": \"sieve\""),
+              HasSubstr("levels[0].options.reduction: is unknown: sieve"));
   EXPECT_THAT(with("\"points\": 2500", "\"points\": -1"), HasSubstr("import.points"));
   EXPECT_THAT(with("\"spacing\":", "\"spaceing\":"),
               HasSubstr("levels[0].stats.spacing: is missing"));
@@ -268,6 +270,45 @@ TEST_F(ProjectTest, ADamagedProjectFileIsNamedByItsPlace) {
   EXPECT_THROW(Project::Open(copy), InputError);
   EXPECT_THROW(Project::Open(folder_), InputError);
   EXPECT_THROW(Project::Open(folder_ + "/none.sherd"), InputError);
+}
+
+TEST_F(ProjectTest, KeepsHowALevelWasReducedAndItsErrors) {
+  Project project = Import();
+  LevelOptions options;
+  options.reduction = Reduction::kAdaptive;
+  options.nested = true;
+  BuildLevels(&project, {500}, options);
+  const LevelEntry built = project.FindLevel("500"), read = Project::Open(path_).FindLevel("500");
+  EXPECT_EQ(read.options.reduction, Reduction::kAdaptive);
+  EXPECT_TRUE(read.options.nested);
+  EXPECT_TRUE(read.stats.HasErrors());
+  EXPECT_GT(read.stats.error_mean, 0);
+  EXPECT_GE(read.stats.error_p95, read.stats.error_mean);
+  EXPECT_GE(read.stats.error_max, read.stats.error_p95);
+  EXPECT_EQ(read.stats.error_mean, built.stats.error_mean);
+  EXPECT_EQ(Project::Open(path_).LoadLevel("500")->depth.size(), 500u);
+}
+
+// As version 1 wrote it: without the errors, and with levels reduced by voxels.
+TEST_F(ProjectTest, OpensProjectsOfVersion1) {
+  Project project = Import();
+  BuildLevels(&project, {500}, {});
+  std::string text = testing::ReadText(path_);
+  for (const char* key :
+       {"\"reduction\"", "\"nested\"", "\"error_mean\"", "\"error_p95\"", "\"error_max\""}) {
+    const std::size_t at = text.find(key);
+    ASSERT_NE(at, std::string::npos) << key;
+    text.erase(at, text.find('\n', at) + 1 - at);
+  }
+  const std::string version = "\"version\": 2";
+  text.replace(text.find(version), version.size(), "\"version\": 1");
+  testing::WriteText(path_, text);
+  const Project old = Project::Open(path_);
+  ASSERT_EQ(old.levels().size(), 1u);
+  EXPECT_FALSE(old.levels()[0].stats.HasErrors());
+  EXPECT_EQ(old.levels()[0].options.reduction, Reduction::kVoxel);
+  EXPECT_FALSE(old.levels()[0].options.nested);
+  EXPECT_EQ(old.levels()[0].stats.count, 500u);
 }
 
 TEST_F(ProjectTest, MissingAndDamagedDataAreNamed) {

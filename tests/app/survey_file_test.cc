@@ -135,9 +135,9 @@ TEST(SurveyFile, IndicesMustExist) {
 
 TEST(SurveyFile, NewerVersionIsNamed) {
   const std::string path = testing::FreshFolder("out") + "/survey.bin";
-  CheckedWriter out(path, "SHERDSV\n", 2);
+  CheckedWriter out(path, "SHERDSV\n", 3);
   out.Commit();
-  EXPECT_THAT(MessageOf([&] { ReadSurveyFile(path); }), HasSubstr("version 2"));
+  EXPECT_THAT(MessageOf([&] { ReadSurveyFile(path); }), HasSubstr("version 3"));
   EXPECT_THAT(MessageOf([&] { ReadSurveyFile(path + ".none"); }), HasSubstr("cannot be opened"));
 }
 
@@ -162,6 +162,7 @@ TEST(LevelAttributes, KeepsEveryBitAndChecksTheCounts) {
   level.normal = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}};
   level.photo_begin = {0, 2, 2, 3};
   level.photo_idx = {1, 0, 3};
+  level.depth = {0.0f, 0.25f, 1.5f};
   WriteLevelAttributes(path, level);
 
   Level read;
@@ -171,6 +172,7 @@ TEST(LevelAttributes, KeepsEveryBitAndChecksTheCounts) {
   EXPECT_EQ(read.normal, level.normal);
   EXPECT_EQ(read.photo_begin, level.photo_begin);
   EXPECT_EQ(read.photo_idx, level.photo_idx);
+  EXPECT_EQ(read.depth, level.depth);
   // A survey with fewer photographs, another cloud.
   EXPECT_THAT(MessageOf([&] { ReadLevelAttributes(path, 3, &read); }),
               HasSubstr("photograph 3 of 3"));

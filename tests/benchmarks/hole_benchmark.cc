@@ -18,12 +18,10 @@
 #include "datasets_synthetic/excavation.h"
 #include "metaball/parallel.h"
 #include "metaball/renderer.h"
-#include "reconstruction/photographs.h"
+#include "tests/benchmarks/excavation_views.h"
 
 namespace sherd {
 namespace {
-
-constexpr int kOutsideTheSurvey = 6;  // TruthHit::object_id of ground the dense cloud leaves out
 
 struct Options {
   std::string project, level = "63k", json;
@@ -36,27 +34,6 @@ struct Counts {
   std::uint64_t visible = 0, empty = 0, through = 0;
 };
 
-// Whether another camera than `own` sees the point unobstructed.
-bool SeenByAnother(const Excavation& truth, const std::vector<Camera>& cameras, std::size_t own,
-                   const Vec3d& point, const Vec3d& normal) {
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    if (c == own) continue;
-    double x = 0, y = 0;
-    if (!cameras[c].Project(point, &x, &y) || x < 0 || y < 0 || x >= cameras[c].width ||
-        y >= cameras[c].height) {
-      continue;
-    }
-    const Vec3d way = point - cameras[c].eye;
-    if (Dot(way, normal) >= 0) continue;
-    TruthHit hit;
-    if (truth.Intersect({cameras[c].eye, Normalized(way)}, &hit) &&
-        hit.distance > Length(way) - 2e-3) {
-      return true;
-    }
-  }
-  return false;
-}
-
 Counts CountHoles(const Excavation& truth, const std::vector<Camera>& cameras, std::size_t own,
                   const Frame& frame, double through_m) {
   const Camera& camera = cameras[own];
@@ -65,9 +42,7 @@ Counts CountHoles(const Excavation& truth, const std::vector<Camera>& cameras, s
     for (int x = 0; x < camera.width; ++x) {
       const RayD ray = RayThrough(camera, x + 0.5, static_cast<double>(y) + 0.5);
       TruthHit hit;
-      if (!truth.Intersect(ray, &hit) || hit.object_id == kOutsideTheSurvey) continue;
-      const Vec3d point = ray.origin + ray.direction * hit.distance;
-      if (!SeenByAnother(truth, cameras, own, point, hit.normal)) continue;
+      if (!SurveyedTruthAt(truth, cameras, own, ray, &hit)) continue;
       ++rows[y].visible;
       const float depth = frame.depth[static_cast<std::size_t>(y) * camera.width + x];
       if (depth == 0.0f) {
@@ -105,13 +80,7 @@ int Run(int argc, char** argv) {
   Scene scene;
   scene.cloud = std::shared_ptr<const Cloud>(level, &level->cloud);
   scene.surface.threshold = level->stats.threshold;
-  std::vector<Camera> cameras;
-  for (std::size_t i = 0; i < survey->photographs.size(); ++i) {
-    const Camera own = CameraOfPhotograph(*survey, i);
-    const double scale = static_cast<double>(options.max_side) / std::max(own.width, own.height);
-    cameras.push_back(own.Resized(static_cast<int>(std::lround(own.width * scale)),
-                                  static_cast<int>(std::lround(own.height * scale))));
-  }
+  const std::vector<Camera> cameras = PhotographCameras(*survey, options.max_side);
   auto renderer = MakeCpuRenderer();
   Counts total;
   for (std::size_t i = 0; i < cameras.size(); ++i) {

@@ -10,48 +10,15 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <numbers>
 #include <regex>
 #include <sstream>
+
+#include "metaball/povray_export.h"
 
 namespace sherd {
 namespace {
 
 namespace fs = std::filesystem;
-
-void WriteVector(std::ostream& out, const Vec3d& v) {
-  out << '<' << v.x << ',' << v.y << ',' << v.z << '>';
-}
-
-void WriteScene(const std::string& path, const PeerScene& peer) {
-  std::ofstream out(path);
-  out.precision(9);
-  const Cloud& cloud = *peer.scene.cloud;
-  const Camera& camera = peer.camera;
-  const double angle = 2 * std::atan(0.5 * camera.width / camera.fx) * 180 / std::numbers::pi;
-  const Vec3d look_at = camera.eye + camera.forward;
-  const Lighting& light = peer.scene.lighting;
-  out << "#version 3.7;\nglobal_settings { assumed_gamma 1.0 ambient_light rgb 1 }\n"
-      << "background { rgb 0 }\n"
-      << "camera { perspective location ";
-  WriteVector(out, camera.eye);
-  out << " right x*" << camera.width << "/" << camera.height << " up y sky y angle " << angle
-      << " look_at ";
-  WriteVector(out, look_at);
-  out << " }\nlight_source { ";
-  WriteVector(out, light.to_light * 100.0);
-  out << " rgb 1 parallel point_at <0,0,0> shadowless }\n"
-      << "#default { finish { ambient " << light.ambient << " diffuse " << light.diffuse << " } }\n"
-      << "blob { threshold " << peer.scene.surface.threshold << "\n";
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Vec3f c = LinearFromRgb8(cloud.ColorOf(i));
-    out << "sphere { ";
-    WriteVector(out, cloud.frame.WorldFromLocal(cloud.center[i]));
-    out << ',' << cloud.RadiusOf(i) * cloud.frame.unit << ",1 texture { pigment { color rgb <"
-        << c.x << ',' << c.y << ',' << c.z << "> } } }\n";
-  }
-  out << "}\n";
-}
 
 double SecondsOf(const std::string& log, const std::string& what) {
   std::smatch match;
@@ -83,7 +50,7 @@ bool ReadPpm(const std::string& path, PovRayRun* run) {
 std::optional<PovRayRun> RenderWithPovRay(const PeerScene& peer, int threads) {
   const fs::path folder = fs::temp_directory_path() / ("sherd-povray-" + std::to_string(getpid()));
   fs::create_directories(folder);
-  WriteScene(folder / "scene.pov", peer);
+  WritePovRay(folder / "scene.pov", peer.scene, peer.camera);
   const std::string log_path = folder / "log.txt";
 
   PovRayRun run;

@@ -20,7 +20,7 @@ struct PovRayRun {
 };
 
 // Renders with the `povray` found in PATH in a temporary folder; nullopt (and a line on stderr)
-// when there is none or it fails. The camera must be one of the peer scenes' own.
+// when there is none or it fails.
 std::optional<PovRayRun> RenderWithPovRay(const PeerScene& peer, int threads);
 
 }  // namespace sherd

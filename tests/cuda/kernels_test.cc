@@ -41,7 +41,7 @@ TEST(TileCount, CountsEveryTileTheBoxTouches) {
 }
 
 TEST(CoverageOf, HasTheBitOfEveryCoveredPixelAndNoOther) {
-  using Program = TraceProgram<TraceTraits<false, false, float>>;
+  using Program = TraceProgram<TraceTraits<false, false, float, MurakamiShape>>;
   std::mt19937 random(1);
   for (int round = 0; round < 3000; ++round) {
     const int tx = 8 * static_cast<int>(random() % 5), ty = 8 * static_cast<int>(random() % 5);

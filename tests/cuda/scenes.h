@@ -1,4 +1,5 @@
-// The scenes on which every backend is compared with the double-precision reference.
+// The scenes on which every backend is compared with the double-precision reference, beside the
+// stiff ones of datasets_synthetic/stiff_cases.h.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +19,7 @@ struct CheckScene {
   // Largest depth error allowed, in radii: 1e-4 by the contract, and what a float depth plane can
   // hold where the camera is far.
   double depth_tolerance = 1e-4;
-  // The field of the large metaballs, in floats, is coarser than the small ones: a renderer that
-  // has no double precision cannot keep the contract here.
-  bool beyond_floats = false;
+  double normal_tolerance_deg = 0.1;
 };
 
 // count: metaballs of the two peer scenes; width x height: of most pictures. Deterministic.

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/project/colmap_run.h"
 #include "datasets_synthetic/excavation.h"
 #include "reconstruction/workspace.h"
 #include "tests/datasets_synthetic/colmap_reader.h"
@@ -26,34 +27,37 @@ TEST(Colmap, ReconstructsTheSyntheticExcavation) {
   o.photo_height = 600;
   o.write_dense = false;
   WriteExcavation(folder, o);
-  // What COLMAP makes goes beside the truth, as in a surveyor's folder.
-  fs::rename(folder + "/sparse", folder + "/sparse_truth");
-  fs::create_directories(folder + "/sparse");
-  fs::remove_all(folder + "/sparse_txt");
 
-  const std::string log = folder + "/colmap.log";
-  const auto colmap = [&](const std::string& arguments) {
-    const std::string command = "cd " + folder + " && QT_QPA_PLATFORM=offscreen colmap " +
-                                arguments + " >> colmap.log 2>&1";
-    ASSERT_EQ(std::system(command.c_str()), 0) << command << "\n" << test::ReadAll(log);
+  ReconstructOptions reconstruct;
+  reconstruct.photos = folder + "/images";
+  reconstruct.workspace = folder + "/ws";
+  reconstruct.camera_model = "OPENCV";
+  reconstruct.single_camera = true;
+  reconstruct.threads = 2;
+  reconstruct.dense = false;
+  Control control;
+  double furthest = 0;
+  int reports = 0;
+  control.progress = [&](std::string_view, double fraction) {
+    EXPECT_GE(fraction, furthest - 1e-12) << "progress goes on";
+    furthest = std::max(furthest, fraction);
+    ++reports;
   };
-  ASSERT_NO_FATAL_FAILURE(
-      colmap("feature_extractor --database_path database.db --image_path images "
-             "--ImageReader.camera_model OPENCV --SiftExtraction.use_gpu 0 "
-             "--SiftExtraction.num_threads 2 --SiftExtraction.max_num_features 3000"));
-  ASSERT_NO_FATAL_FAILURE(
-      colmap("exhaustive_matcher --database_path database.db --SiftMatching.use_gpu 0 "
-             "--SiftMatching.num_threads 2"));
-  ASSERT_NO_FATAL_FAILURE(
-      colmap("mapper --database_path database.db --image_path images --output_path sparse "
-             "--Mapper.num_threads 2 --Mapper.multiple_models 0 --Mapper.min_model_size 3 "
-             "--Mapper.ba_global_max_num_iterations 25"));
-  ASSERT_TRUE(fs::exists(folder + "/sparse/0/images.bin")) << test::ReadAll(log);
+  const ReconstructResult result = Reconstruct(reconstruct, control);
+  EXPECT_EQ(furthest, 1);
+  EXPECT_GT(reports, 3 * kPhotographs) << "COLMAP's lines are understood";
+  ASSERT_TRUE(fs::exists(folder + "/ws/sparse/0/images.bin")) << test::ReadAll(result.log);
+  EXPECT_TRUE(fs::exists(folder + "/ws/dense/sparse/images.bin"));
+  for (const ReconstructStage& stage : Reconstruct(reconstruct).stages) {
+    EXPECT_TRUE(stage.skipped) << stage.name;
+  }
 
   // The import, as the program does it.
-  const Workspace workspace = InspectWorkspace(folder + "/sparse/0");
+  const Workspace workspace = InspectWorkspace(folder + "/ws");
   ASSERT_FALSE(workspace.models.empty());
-  const Survey survey = LoadSurvey(workspace, {});
+  LoadOptions load;
+  load.photo_folder = reconstruct.photos;
+  const Survey survey = LoadSurvey(workspace, load);
   EXPECT_GE(survey.photographs.size(), kPhotographs * 8u / 10);
   EXPECT_GT(survey.points.size(), 500u);
   for (const Photograph& p : survey.photographs) EXPECT_FALSE(p.path.empty()) << p.name;

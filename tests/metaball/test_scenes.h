@@ -1,6 +1,7 @@
 // Small scenes the tests of the engine share.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -42,6 +43,31 @@ inline CloudInput RandomBall(int n, double radius, double spread, unsigned seed)
     input.color.push_back({r, g, b});
   }
   return input;
+}
+
+// A threshold that gives a surface worth looking at: half of what one metaball reaches; less where
+// every support that holds a point asks for it.
+inline double ThresholdFor(const DensityModel& density, ThresholdMode mode) {
+  return (mode == ThresholdMode::kSummed ? 0.02 : 0.5) * std::min(PeakOf(density), 5.0);
+}
+
+// RandomBall with thresholds of each metaball, 0.6 to 1.4 times the given one.
+inline CloudInput BallWithThresholds(int n, double radius, double spread, unsigned seed,
+                                     double threshold) {
+  CloudInput input = RandomBall(n, radius, spread, seed);
+  std::mt19937 random(seed + 1);
+  std::uniform_real_distribution<double> factor(0.6, 1.4);
+  for (int i = 0; i < n; ++i) input.threshold.push_back(threshold * factor(random));
+  return input;
+}
+
+// Calls f(density) for every density that the mode can be used with.
+template <class F>
+void ForEveryDensity(ThresholdMode mode, const F& f) {
+  for (const DensityModel& density : AllDensities()) {
+    if (mode == ThresholdMode::kBlended && !IsNonNegative(density)) continue;
+    f(density);
+  }
 }
 
 inline Camera FrontCamera(int width = 96, int height = 64, double distance = 4.0) {

@@ -181,6 +181,203 @@ TEST(CameraModel, ProjectsAsTheFormulaSays) {
   }
 }
 
+// What the formula says is seen at (x, y) is found again from there.
+TEST(CameraModel, UnprojectsWhatTheFormulaProjects) {
+  for (const ModelCase& c : Cases()) {
+    const CameraProjector projector(CameraOf(c));
+    for (double angle = 0; angle < 0.75; angle += 0.0437) {
+      for (double phi = 0.1; phi < 6.3; phi += 0.7) {
+        const Vec3d direction{std::sin(angle) * std::cos(phi), std::sin(angle) * std::sin(phi),
+                              std::cos(angle)};
+        const Point p = c.reference(c.parameters, std::max(angle, 1e-12), phi);
+        Vec3d found;
+        ASSERT_TRUE(projector.Unproject(p.first, p.second, &found))
+            << CameraModelName(static_cast<int>(c.model)) << " " << angle << " " << phi;
+        EXPECT_LT(Length(found - direction), 1e-9)
+            << CameraModelName(static_cast<int>(c.model)) << " " << angle << " " << phi;
+      }
+    }
+  }
+}
+
+// Over the whole picture and far beyond it: either there is no direction, or it is projected back
+// to where it was seen.
+TEST(CameraModel, UnprojectionIsTheInverseOrNothing) {
+  for (const ModelCase& c : Cases()) {
+    for (const double sign : {1.0, -1.0}) {
+      SurveyCamera camera = CameraOf(c);
+      const std::size_t first = c.model == CameraModelId::kEquirectangular ? 99 : 4;
+      for (std::size_t i = first; i < camera.parameters.size() && c.model != CameraModelId::kEucm;
+           ++i) {
+        camera.parameters[i] *= sign;
+      }
+      const CameraProjector projector(camera);
+      int seen = 0;
+      for (double x = -3000; x <= 4000; x += 61.7) {
+        for (double y = -3000; y <= 4000; y += 67.3) {
+          Vec3d direction;
+          if (!projector.Unproject(x, y, &direction)) continue;
+          ++seen;
+          EXPECT_NEAR(Length(direction), 1, 1e-12);
+          double bx, by;
+          // A direction into the image plane cannot be projected.
+          if (direction.z < 1e-9 && !projector.Project(direction, &bx, &by)) continue;
+          ASSERT_TRUE(projector.Project(direction * 3.0, &bx, &by))
+              << CameraModelName(static_cast<int>(c.model)) << " " << x << " " << y;
+          EXPECT_NEAR(bx, x, 1e-6) << CameraModelName(static_cast<int>(c.model));
+          EXPECT_NEAR(by, y, 1e-6) << CameraModelName(static_cast<int>(c.model));
+        }
+      }
+      EXPECT_GT(seen, 30) << CameraModelName(static_cast<int>(c.model));
+      for (const double bad : {double(NAN), double(INFINITY)}) {
+        EXPECT_FALSE(camera.Unproject(bad, 100)) << CameraModelName(static_cast<int>(c.model));
+        EXPECT_FALSE(camera.Unproject(100, bad)) << CameraModelName(static_cast<int>(c.model));
+      }
+    }
+  }
+}
+
+TEST(CameraModel, WhereNothingIsSeenThereIsNoDirection) {
+  SurveyCamera camera;
+  camera.width = camera.height = 1000;
+  // r (1 - 0.2 r^2) reaches no farther than 0.861 (at r = 1.291).
+  camera.model = CameraModelId::kSimpleRadial;
+  camera.parameters = {500, 500, 500, -0.2};
+  const double farthest = std::sqrt(1 / 0.6) * (1 - 0.2 / 0.6);
+  EXPECT_TRUE(camera.Unproject(500 + 500 * farthest * 0.9999, 500));
+  EXPECT_FALSE(camera.Unproject(500 + 500 * farthest * 1.0001, 500));
+  // The other fold, where the radius comes back: the nearer direction is the one that is seen.
+  const auto near = camera.Unproject(500 + 500 * 0.8 * (1 - 0.2 * 0.64), 500);
+  ASSERT_TRUE(near);
+  EXPECT_NEAR(near->x / near->z, 0.8, 1e-9);
+  // Half a turn of fisheye is what a plane camera can look at.
+  camera.model = CameraModelId::kSimpleFisheye;
+  camera.parameters = {300, 500, 500};
+  EXPECT_TRUE(camera.Unproject(500 + 300 * 1.57, 500));
+  EXPECT_FALSE(camera.Unproject(500 + 300 * 1.58, 500));
+  // Division with k > 0: the picture ends where the two roots meet.
+  camera.model = CameraModelId::kSimpleDivision;
+  camera.parameters = {500, 500, 500, 0.25};
+  EXPECT_TRUE(camera.Unproject(500 + 500 * 1.99, 500));
+  EXPECT_FALSE(camera.Unproject(500 + 500 * 2.01, 500));
+  // A sphere seen from 2 / 3 of its radius behind its centre has a horizon.
+  camera.model = CameraModelId::kEucm;
+  camera.parameters = {500, 500, 500, 500, 0.8, 1.0};
+  EXPECT_FALSE(camera.Unproject(500 + 500 * 1.5, 500));
+  EXPECT_FALSE(camera.Project({1, 0, 0}));
+  // FOV: all directions lie within pi / (2 omega).
+  camera.model = CameraModelId::kFov;
+  camera.parameters = {500, 500, 500, 500, 1.0};
+  EXPECT_TRUE(camera.Unproject(500 + 500 * 1.57, 500));
+  EXPECT_FALSE(camera.Unproject(500 + 500 * 1.58, 500));
+  // A panorama ends at its border.
+  camera.model = CameraModelId::kEquirectangular;
+  camera.parameters = {2000, 1000};
+  EXPECT_TRUE(camera.Unproject(0, 0));
+  EXPECT_FALSE(camera.Unproject(-1, 500));
+  EXPECT_FALSE(camera.Unproject(100, 1001));
+}
+
+// The models OpenCV has, as it takes them; a pixel's place is the same number in both, for the
+// offset of half a pixel is in the principal point.
+struct OpenCvCamera {
+  cv::Matx33d k;
+  std::vector<double> distortion;
+  bool fisheye = false;
+};
+
+std::optional<OpenCvCamera> ForOpenCv(const ModelCase& c) {
+  const std::vector<double>& p = c.parameters;
+  const auto matrix = [](double fx, double fy, double cx, double cy) {
+    return cv::Matx33d(fx, 0, cx, 0, fy, cy, 0, 0, 1);
+  };
+  const cv::Matx33d one = matrix(p[0], p[0], p[1], p[2]);
+  const cv::Matx33d two = p.size() > 3 ? matrix(p[0], p[1], p[2], p[3]) : one;
+  using enum CameraModelId;
+  switch (c.model) {
+    case kSimplePinhole:
+      return OpenCvCamera{one, {0, 0, 0, 0}};
+    case kPinhole:
+      return OpenCvCamera{two, {0, 0, 0, 0}};
+    case kSimpleRadial:
+      return OpenCvCamera{one, {p[3], 0, 0, 0}};
+    case kRadial:
+      return OpenCvCamera{one, {p[3], p[4], 0, 0}};
+    case kOpenCv:
+    case kFullOpenCv:
+      return OpenCvCamera{two, {p.begin() + 4, p.end()}};
+    case kOpenCvFisheye:
+      return OpenCvCamera{two, {p.begin() + 4, p.end()}, true};
+    case kSimpleRadialFisheye:
+      return OpenCvCamera{one, {p[3], 0, 0, 0}, true};
+    case kRadialFisheye:
+      return OpenCvCamera{one, {p[3], p[4], 0, 0}, true};
+    case kSimpleFisheye:
+      return OpenCvCamera{one, {0, 0, 0, 0}, true};
+    case kFisheye:
+      return OpenCvCamera{two, {0, 0, 0, 0}, true};
+    default:
+      return std::nullopt;
+  }
+}
+
+TEST(CameraModel, UnprojectsAsOpenCv) {
+  std::vector<cv::Point2d> pixels, expected;
+  for (double x = 20; x < 640; x += 60) {
+    for (double y = 20; y < 480; y += 55) pixels.emplace_back(x, y);
+  }
+  for (const ModelCase& c : Cases()) {
+    const std::optional<OpenCvCamera> camera = ForOpenCv(c);
+    if (!camera) continue;
+    const cv::TermCriteria precise(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 200, 1e-12);
+    if (camera->fisheye) {
+      // Debian's 4.6 ends its own iteration at 1e-8.
+      cv::fisheye::undistortPoints(pixels, expected, camera->k, camera->distortion);
+    } else {
+      cv::undistortPoints(pixels, expected, camera->k, camera->distortion, cv::noArray(),
+                          cv::noArray(), precise);
+    }
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const auto d = CameraOf(c).Unproject(pixels[i].x, pixels[i].y);
+      ASSERT_TRUE(d);
+      EXPECT_NEAR(d->x / d->z, expected[i].x, 1e-7);
+      EXPECT_NEAR(d->y / d->z, expected[i].y, 1e-7);
+    }
+  }
+}
+
+// Tangential and prism terms fold as well, each direction at another radius.
+TEST(CameraModel, TangentialTermsDoNotFoldEither) {
+  SurveyCamera camera;
+  camera.model = CameraModelId::kOpenCv;
+  camera.width = camera.height = 1000;
+  camera.parameters = {500, 500, 500, 500, 0, 0, 0, 0.05};
+  // Along -x: x (1 + 3 p2 x) turns at x = -1 / (6 p2).
+  const CameraProjector projector(camera);
+  EXPECT_LE(projector.radius_limit(), 1 / 0.3 * 1.000001);
+  EXPECT_GT(projector.radius_limit(), 1 / 0.3 * 0.9);
+  EXPECT_FALSE(camera.Project({-1 / 0.3 * 1.01, 0, 1}));
+}
+
+// COLMAP's series for a small angle, and its neighbour, the exact formula.
+TEST(CameraModel, FovOfASmallAngle) {
+  SurveyCamera camera;
+  camera.model = CameraModelId::kFov;
+  camera.width = camera.height = 1000;
+  for (const double omega : {1e-4, 0.0099, 0.0101}) {
+    camera.parameters = {500, 500, 500, 500, omega};
+    for (const double r : {0.005, 0.02, 0.5, 1.0}) {
+      const auto p = camera.Project({r, 0, 1});
+      ASSERT_TRUE(p);
+      const double exact = std::atan(2 * r * std::tan(omega / 2)) / omega;
+      EXPECT_NEAR(p->first, 500 + 500 * exact, 500 * r * 1e-4);
+      const auto d = camera.Unproject(p->first, p->second);
+      ASSERT_TRUE(d);
+      EXPECT_NEAR(d->x / d->z, r, 1e-9);
+    }
+  }
+}
+
 TEST(CameraModel, TheAxisMeetsThePrincipalPoint) {
   for (const ModelCase& c : Cases()) {
     const auto p = CameraOf(c).Project({0, 0, 5});
@@ -216,23 +413,17 @@ TEST(CameraModel, AgreesWithOpenCv) {
   for (double x = -0.8; x <= 0.8; x += 0.2) {
     for (double y = -0.7; y <= 0.7; y += 0.2) points.emplace_back(x * 2, y * 2, 2.0);
   }
+  int models = 0;
   for (const ModelCase& c : Cases()) {
-    const std::vector<double>& p = c.parameters;
-    std::vector<double> distortion;
-    if (c.model == CameraModelId::kOpenCv || c.model == CameraModelId::kOpenCvFisheye) {
-      distortion.assign(p.begin() + 4, p.begin() + 8);
-    } else if (c.model == CameraModelId::kFullOpenCv) {
-      distortion.assign(p.begin() + 4, p.end());
-    } else {
-      continue;
-    }
-    const cv::Matx33d k(p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1);
+    const std::optional<OpenCvCamera> camera = ForOpenCv(c);
+    if (!camera) continue;
+    ++models;
     std::vector<cv::Point2d> expected;
     const cv::Vec3d zero(0, 0, 0);
-    if (c.model == CameraModelId::kOpenCvFisheye) {
-      cv::fisheye::projectPoints(points, expected, zero, zero, k, distortion);
+    if (camera->fisheye) {
+      cv::fisheye::projectPoints(points, expected, zero, zero, camera->k, camera->distortion);
     } else {
-      cv::projectPoints(points, zero, zero, k, distortion, expected);
+      cv::projectPoints(points, zero, zero, camera->k, camera->distortion, expected);
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
       const auto q = CameraOf(c).Project({points[i].x, points[i].y, points[i].z});
@@ -241,6 +432,7 @@ TEST(CameraModel, AgreesWithOpenCv) {
       EXPECT_NEAR(q->second, expected[i].y, 1e-8);
     }
   }
+  EXPECT_EQ(models, 11);
 }
 
 // r (1 - 0.2 r^2) turns back at r = 1.291: what lies beyond would be folded into the picture.

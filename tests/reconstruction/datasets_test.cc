@@ -4,10 +4,12 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <set>
 #include <tuple>
 
 #include "metaball/error.h"
+#include "reconstruction/geometric_visibility.h"
 #include "reconstruction/level.h"
 #include "reconstruction/photographs.h"
 #include "reconstruction/workspace.h"
@@ -153,6 +155,79 @@ TEST(Datasets, PointsProjectIntoThePhotographsThatSeeThem) {
       }
     }
     EXPECT_EQ(inside, total) << name;
+  }
+}
+
+// What hides what, found from the points alone, against what COLMAP's fusion noted. The fusion
+// names the photographs whose depth maps agreed, a part of those that see a point.
+TEST(Datasets, PhotographsFoundByGeometryAreThoseOfTheFusion) {
+  SKIP_WITHOUT("alexander");
+  for (const char* name : {"alexander", "sceaux"}) {
+    const Survey known = Load(std::string(name) + "/dense/fused.ply");
+    Survey found = known;
+    found.points.photo_begin.clear();
+    found.points.photo_idx.clear();
+    VisibilityOptions options;
+    options.most_photographs = 100;
+    FindVisibility(options, &found);
+    std::uint64_t listed = 0, again = 0, all = 0;
+    for (std::size_t i = 0; i < known.points.size(); ++i) {
+      const auto list = [&](const Survey& s) {
+        return std::set<std::uint32_t>(s.points.photo_idx.begin() + s.points.photo_begin[i],
+                                       s.points.photo_idx.begin() + s.points.photo_begin[i + 1]);
+      };
+      const auto a = list(known), b = list(found);
+      listed += a.size();
+      all += b.size();
+      for (const std::uint32_t photo : a) again += b.contains(photo);
+    }
+    std::printf("%s: %.1f %% of the fusion's photographs found again, %.2f times as many found\n",
+                name, 100.0 * static_cast<double>(again) / static_cast<double>(listed),
+                static_cast<double>(all) / static_cast<double>(listed));
+    EXPECT_GT(again, 0.9 * static_cast<double>(listed)) << name;
+  }
+}
+
+// The only map of 52, and of 11: points of the fused cloud that this photograph is said to see have
+// the depth the map's points have at their pixel.
+TEST(Datasets, ADepthMapsPointsAreThoseOfTheFusedCloud) {
+  SKIP_WITHOUT("alexander");
+  for (const char* name : {"alexander", "sceaux"}) {
+    const Survey fused = Load(std::string(name) + "/dense/fused.ply");
+    const Survey maps = Load(name, PointSource::kDepthMaps);
+    ASSERT_GT(maps.points.size(), 10000u) << name;
+    const std::uint32_t photo = maps.points.photo_idx[0];
+    const Photograph& p = maps.photographs[photo];
+    const SurveyCamera& camera = maps.cameras[p.camera_idx];
+    const auto pixel_of = [&](const Vec3d& q, double offset) -> std::int64_t {
+      const auto at = camera.Project(q);
+      if (!at) return -1;
+      const double x = at->first + offset, y = at->second + offset;
+      if (x < 0 || y < 0 || x >= double(camera.width) || y >= double(camera.height)) return -1;
+      return std::int64_t(y) * std::int64_t(camera.width) + std::int64_t(x);
+    };
+    std::map<std::int64_t, double> depth;  // the maps are as large as the photographs
+    for (const Vec3d& world : maps.points.position) {
+      const Vec3d q = p.cam_from_world.Apply(world);
+      depth[pixel_of(q, 0)] = q.z;
+    }
+    EXPECT_EQ(depth.size(), maps.points.size()) << "one point a pixel";
+    std::size_t listed = 0, agree = 0;
+    for (std::size_t i = 0; i < fused.points.size(); ++i) {
+      const auto* begin = fused.points.photo_idx.data() + fused.points.photo_begin[i];
+      const auto* end = fused.points.photo_idx.data() + fused.points.photo_begin[i + 1];
+      if (std::find(begin, end, photo) == end) continue;
+      ++listed;
+      const Vec3d q = p.cam_from_world.Apply(fused.points.position[i]);
+      const auto at = depth.find(pixel_of(q, fused.dense_pixel_offset));
+      agree += at != depth.end() && std::abs(at->second - q.z) < 0.01 * q.z;
+    }
+    std::printf(
+        "%s: %zu points of a map; %zu points of the fused cloud in it, %.1f %% within 1 %%\n", name,
+        maps.points.size(), listed,
+        100.0 * static_cast<double>(agree) / static_cast<double>(listed));
+    EXPECT_GT(listed, 1000u) << name;
+    EXPECT_GT(agree, 0.9 * static_cast<double>(listed)) << name;
   }
 }
 

@@ -12,29 +12,14 @@
 #include "metaball/renderer.h"
 #include "reconstruction/photo_pyramid.h"
 #include "reconstruction/photo_store.h"
+#include "tests/reconstruction/photo_board.h"
 #include "tests/reconstruction/test_files.h"
 
 namespace sherd {
 namespace {
 
 using test::TestFolder;
-using ::testing::Contains;
-using ::testing::HasSubstr;
-
-using Painter = std::function<Rgb8(int x, int y)>;
-
-void WritePpm(const std::string& path, int width, int height, const Painter& paint) {
-  std::string bytes = "P6\n" + std::to_string(width) + " " + std::to_string(height) + "\n255\n";
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const Rgb8 c = paint(x, y);
-      bytes.push_back(static_cast<char>(c.r));
-      bytes.push_back(static_cast<char>(c.g));
-      bytes.push_back(static_cast<char>(c.b));
-    }
-  }
-  test::WriteFile(path, bytes);
-}
+using test::WritePpm;
 
 TEST(Pyramid, EncodesEveryByteAsItself) {
   for (int i = 0; i < 256; ++i) {
@@ -91,6 +76,22 @@ TEST(Pyramid, PixelCentresAreAtOneHalf) {
   EXPECT_FLOAT_EQ(p.Sample(2.5f, 1.5f, -3).x, linear[120]);
   const Vec3f top = p.Sample(1, 1, 99);
   EXPECT_FLOAT_EQ(p.Sample(3, 2, 99).x, top.x) << "the last level is one pixel";
+}
+
+TEST(Pyramid, TheCubicMeetsThePixelsAndKeepsRamps) {
+  const std::string path = TestFolder() + "/a.ppm";
+  WritePpm(path, 8, 8, [](int x, int y) {
+    return Rgb8FromLinear(
+        {0.1f + 0.1f * static_cast<float>(x), 0.1f * static_cast<float>(y), x == 4 ? 1.0f : 0.0f});
+  });
+  const PhotoPyramid p = PhotoPyramid::Read(path, 0);
+  const Vec3f at = p.SampleSharply(3.5f, 2.5f, 0), stored = p.Sample(3.5f, 2.5f, 0);
+  EXPECT_FLOAT_EQ(at.x, stored.x);
+  EXPECT_FLOAT_EQ(at.z, stored.z);
+  EXPECT_NEAR(p.SampleSharply(3.8f, 4.3f, 0).x, 0.43f, 0.005f) << "a ramp stays one";
+  EXPECT_NEAR(p.SampleSharply(3.8f, 4.3f, 0).y, 0.38f, 0.005f);
+  EXPECT_EQ(p.SampleSharply(3.1f, 4, 0).z, 0.0f) << "never negative beside a bright line";
+  EXPECT_GT(p.SampleSharply(4.5f, 4, 0).z, 0.99f);
 }
 
 TEST(Photo, IsNotTurnedByExif) {
@@ -235,248 +236,6 @@ TEST(CameraOfPhoto, SeesWhatThePhotographSees) {
     EXPECT_NEAR(y, expected->second / 2, 1e-9);
   }
   EXPECT_THROW(CameraOfPhotograph(s, 1), Error);
-}
-
-// --- on the surface ---
-
-// A board at z = 4 painted with stripes far finer than the metaballs, photographed by lenses with
-// distortion.
-Vec3f BoardColor(const Vec3d& p) {
-  const double stripes =
-      0.5 + 0.4 * std::sin(2 * M_PI * p.x / 0.03) * std::sin(2 * M_PI * p.y / 0.04);
-  return Vec3d{stripes, 0.5 + 0.3 * std::sin(3 * p.x), 0.2 + 0.1 * p.y}.cast<float>();
-}
-
-struct Board {
-  std::string folder = TestFolder();
-  Survey survey;
-  Level level;
-
-  // scale: file pixels per camera pixel. shift: pixels by which the pictures lie right and down of
-  // where the camera says.
-  explicit Board(double scale = 1, double shift = 0, int photos = 3) {
-    survey.cameras.push_back({1, CameraModelId::kSimpleRadial, 800, 600, {700, 400, 300, -0.15}});
-    for (int i = 0; i < photos; ++i) {
-      Photograph photo;
-      photo.name = std::to_string(i) + ".ppm";
-      photo.path = folder + "/" + photo.name;
-      photo.cam_from_world = test::PoseAt({-0.5 + 0.5 * i, 0, 0}, 0.1 * (1 - i));
-      survey.photographs.push_back(photo);
-      const SurveyCamera& camera = survey.cameras[0];
-      const Rigid3d& pose = photo.cam_from_world;
-      WritePpm(photo.path, static_cast<int>(800 * scale), static_cast<int>(600 * scale),
-               [&](int x, int y) {
-                 // The board point this pixel shows: Newton by fixed point on the distortion.
-                 const double px = (x + 0.5) / scale - shift, py = (y + 0.5) / scale - shift;
-                 const double u0 = (px - 400) / 700, v0 = (py - 300) / 700;
-                 double u = u0, v = v0;
-                 for (int k = 0; k < 30; ++k) {
-                   const double f = 1 + camera.parameters[3] * (u * u + v * v);
-                   u = u0 / f;
-                   v = v0 / f;
-                 }
-                 const Vec3d direction = pose.InverseRotate({u, v, 1});
-                 const Vec3d eye = pose.Center();
-                 const Vec3d p = eye + direction * ((4 - eye.z) / direction.z);
-                 return Rgb8FromLinear(BoardColor(p));
-               });
-    }
-    survey.points.photo_begin.push_back(0);
-    for (int i = 0; i < 60; ++i) {
-      for (int j = 0; j < 45; ++j) {
-        survey.points.position.push_back({-1.5 + 0.05 * i, -1.1 + 0.05 * j, 4});
-        survey.points.normal.push_back({0, 0, -1});
-        survey.points.color.push_back({10, 200, 30});
-        for (int k = 0; k < photos; ++k) survey.points.photo_idx.push_back(k);
-        survey.points.photo_begin.push_back(survey.points.photo_idx.size());
-      }
-    }
-    Build();
-  }
-
-  void Build() {
-    LevelOptions options;
-    options.target_count = survey.points.size();
-    level = BuildLevel(PreparePoints(survey, false), survey, options);
-  }
-
-  static Camera View() {
-    return Camera::LookAt({0.2, 0.1, 1.2}, {0.05, 0, 4}, {0, -1, 0}, 0.5, 400, 300);
-  }
-
-  Frame Render(const Camera& camera) const {
-    Scene scene;
-    scene.cloud = std::make_shared<Cloud>(level.cloud);
-    scene.lighting.unlit = true;
-    RenderSettings settings;
-    settings.planes = {true, true, true};
-    return MakeCpuRenderer()->Render(scene, camera, settings);
-  }
-
-  // Root mean square difference of the middle of the picture to the painted board, linear light.
-  static double Difference(const Frame& frame, const Camera& camera) {
-    double sum = 0;
-    int n = 0;
-    for (int y = 40; y < frame.height - 40; ++y) {
-      for (int x = 40; x < frame.width - 40; ++x) {
-        const RayD ray = RayThrough(camera, x + 0.5, y + 0.5);
-        const Vec3f truth =
-            BoardColor(ray.origin + ray.direction * ((4 - ray.origin.z) / ray.direction.z));
-        const Pixel& c = frame.color[static_cast<std::size_t>(y) * frame.width + x];
-        const Vec3f d{c.r - truth.x, c.g - truth.y, c.b - truth.z};
-        sum += Dot(d, d) / 3;
-        ++n;
-      }
-    }
-    return std::sqrt(sum / n);
-  }
-};
-
-TEST(Shading, DetailFarFinerThanTheMetaballsIsThere) {
-  const Board board;
-  const Camera camera = Board::View();
-  Frame frame = board.Render(camera);
-  EXPECT_GT(Board::Difference(frame, camera), 0.15) << "one colour a metaball shows no stripes";
-  PhotographShader shader(board.survey);
-  Lighting unlit;
-  unlit.unlit = true;
-  const PhotoShadingStats stats = shader.Shade(board.level, camera, unlit, &frame);
-  EXPECT_LT(Board::Difference(frame, camera), 0.03);
-  EXPECT_EQ(stats.pixels, 400u * 300);
-  EXPECT_EQ(stats.from_photos, stats.pixels);
-  EXPECT_EQ(stats.without_photo, 0u);
-  EXPECT_EQ(stats.photos_used, 3u);
-  EXPECT_TRUE(stats.warnings.empty());
-  // Once more, from what is held, the same.
-  Frame again = board.Render(camera);
-  shader.Shade(board.level, camera, unlit, &again);
-  for (std::size_t i = 0; i < frame.color.size(); ++i) {
-    ASSERT_EQ(frame.color[i].r, again.color[i].r);
-  }
-}
-
-TEST(Shading, AResizedFileIsScaled) {
-  const Board board(1.5);
-  const Camera camera = Board::View();
-  Frame frame = board.Render(camera);
-  Lighting unlit;
-  unlit.unlit = true;
-  PhotographShader(board.survey).Shade(board.level, camera, unlit, &frame);
-  EXPECT_LT(Board::Difference(frame, camera), 0.03);
-}
-
-TEST(Shading, TheDensePixelOffsetIsApplied) {
-  Board board(1, 3.0);
-  const Camera camera = Board::View();
-  Lighting unlit;
-  unlit.unlit = true;
-  Frame without = board.Render(camera), with = without;
-  PhotographShader(board.survey).Shade(board.level, camera, unlit, &without);
-  board.survey.dense_pixel_offset = 3.0;
-  PhotographShader(board.survey).Shade(board.level, camera, unlit, &with);
-  EXPECT_GT(Board::Difference(without, camera), 0.06);
-  EXPECT_LT(Board::Difference(with, camera), 0.03);
-}
-
-TEST(Shading, LightIsAppliedToThePhotographs) {
-  const Board board;
-  const Camera camera = Board::View();
-  Frame lit = board.Render(camera), plain = lit;
-  Lighting unlit, half;
-  unlit.unlit = true;
-  half.ambient = 0.5;
-  half.diffuse = 0;
-  PhotographShader shader(board.survey);
-  shader.Shade(board.level, camera, unlit, &plain);
-  shader.Shade(board.level, camera, half, &lit);
-  for (std::size_t i = 0; i < lit.color.size(); i += 97) {
-    EXPECT_NEAR(lit.color[i].r, plain.color[i].r / 2, 1e-5);
-  }
-}
-
-TEST(Shading, PlacesNoPhotographSeesKeepTheirColour) {
-  Board board;
-  // The right half is listed for none.
-  SurveyPoints& points = board.survey.points;
-  points.photo_begin = {0};
-  points.photo_idx.clear();
-  for (const Vec3d& p : points.position) {
-    if (p.x < 0) points.photo_idx.push_back(1);
-    points.photo_begin.push_back(points.photo_idx.size());
-  }
-  board.Build();
-  const Camera camera = Board::View();
-  const Frame before = board.Render(camera);
-  Frame frame = before;
-  Lighting unlit;
-  unlit.unlit = true;
-  const PhotoShadingStats stats =
-      PhotographShader(board.survey).Shade(board.level, camera, unlit, &frame);
-  EXPECT_GT(stats.without_photo, 10000u);
-  EXPECT_GT(stats.from_photos, 10000u);
-  EXPECT_EQ(stats.without_photo + stats.from_photos, stats.pixels);
-  EXPECT_EQ(stats.photos_used, 1u);
-  std::uint64_t kept = 0;
-  for (std::size_t i = 0; i < frame.color.size(); ++i) {
-    kept += frame.color[i].r == before.color[i].r && frame.color[i].g == before.color[i].g;
-  }
-  EXPECT_EQ(kept, stats.without_photo);
-}
-
-TEST(Shading, PhotographsThatCannotBeReadAreCountedAndTheOthersUsed) {
-  Board board;
-  board.survey.photographs[0].path = board.folder + "/none.ppm";
-  test::WriteFile(board.survey.photographs[2].path, "P6\n800 600\n255\ncut off");
-  const Camera camera = Board::View();
-  Frame frame = board.Render(camera);
-  Lighting unlit;
-  unlit.unlit = true;
-  PhotographShader shader(board.survey);
-  const PhotoShadingStats stats = shader.Shade(board.level, camera, unlit, &frame);
-  EXPECT_EQ(stats.photos_unreadable, 2u);
-  EXPECT_EQ(stats.photos_used, 1u);
-  EXPECT_THAT(stats.warnings, Contains(HasSubstr("2 photographs could not be used")));
-  EXPECT_LT(Board::Difference(frame, camera), 0.05);
-}
-
-TEST(Shading, NeedsItsPlanesAndSaysWhenNothingIsKnown) {
-  Board board;
-  const Camera camera = Board::View();
-  Frame frame = board.Render(camera);
-  Frame bare = frame;
-  bare.id.clear();
-  PhotographShader shader(board.survey);
-  EXPECT_THROW(shader.Shade(board.level, camera, {}, &bare), Error);
-  board.level.photo_begin.clear();
-  board.level.photo_idx.clear();
-  const PhotoShadingStats stats = shader.Shade(board.level, camera, {}, &frame);
-  EXPECT_EQ(stats.from_photos, 0u);
-  EXPECT_EQ(stats.without_photo, stats.pixels);
-  EXPECT_EQ(stats.warnings.size(), 1u);
-}
-
-TEST(Shading, ASmallBudgetGivesThePictureToo) {
-  const Board board;
-  const Camera camera = Board::View();
-  Frame frame = board.Render(camera);
-  Lighting unlit;
-  unlit.unlit = true;
-  PhotographShader shader(board.survey, 2);  // one photograph of three at a time
-  const PhotoShadingStats stats = shader.Shade(board.level, camera, unlit, &frame);
-  EXPECT_EQ(stats.photos_used, 3u);
-  EXPECT_LT(Board::Difference(frame, camera), 0.03);
-}
-
-TEST(Shading, CanBeCancelled) {
-  const Board board;
-  const Camera camera = Board::View();
-  Frame frame = board.Render(camera);
-  std::stop_source source;
-  source.request_stop();
-  Control control;
-  control.stop = source.get_token();
-  EXPECT_THROW(PhotographShader(board.survey).Shade(board.level, camera, {}, &frame, control),
-               Cancelled);
 }
 
 }  // namespace

@@ -280,6 +280,64 @@ TEST(Photographs, WhatDoesNotFitItsCameraIsLeftOutInOneLine) {
   EXPECT_THAT(s.warnings, Contains(HasSubstr("2 of 3 photographs were not found")));
 }
 
+// Black pixels of a mask are not looked at: the photograph sees none of what it shows there.
+TEST(Photographs, MasksTakeThemOutOfTheListsOfPoints) {
+  const std::string root = TestFolder();
+  const TestModel model = SmallModel();
+  WriteBinary(root + "/sparse/0", model);
+  // Of "right.jpg" the left part, at another size; "sub/middle.png" is masked altogether.
+  std::string half = "P5\n64 48\n255\n";
+  for (int i = 0; i < 64 * 48; ++i) half += i % 64 < 19 ? '\0' : '\1';
+  WriteFile(root + "/masks/right.jpg.png", half);
+  WriteFile(root + "/masks/sub/middle.png.png", "P5\n8 6\n255\n" + std::string(48, '\0'));
+  LoadOptions options;
+  options.mask_folder = root + "/masks";
+  const Workspace w = InspectWorkspace(root);
+  const Survey all = LoadSurvey(w, {}), masked = LoadSurvey(w, options);
+  EXPECT_EQ(masked.photographs[1].mask_path, root + "/masks/right.jpg.png");
+  EXPECT_EQ(masked.photographs[0].mask_path, "");
+  EXPECT_THAT(masked.warnings, Contains(HasSubstr("1 photograph has no mask")));
+  std::size_t taken = 0;
+  for (std::size_t i = 0; i < all.points.size(); ++i) {
+    std::vector<std::uint32_t> expected, found;
+    for (std::uint64_t k = all.points.photo_begin[i]; k < all.points.photo_begin[i + 1]; ++k) {
+      const std::uint32_t photo = all.points.photo_idx[k];
+      const Photograph& p = all.photographs[photo];
+      const auto x =
+          all.cameras[p.camera_idx].Project(p.cam_from_world.Apply(all.points.position[i]));
+      const bool seen = photo == 0 || (photo == 1 && x && x->first >= 190);
+      if (seen) expected.push_back(photo);
+      taken += !seen;
+    }
+    found.assign(masked.points.photo_idx.begin() + masked.points.photo_begin[i],
+                 masked.points.photo_idx.begin() + masked.points.photo_begin[i + 1]);
+    EXPECT_EQ(found, expected) << i;
+  }
+  EXPECT_GT(taken, 6u);
+  options.mask_folder = root + "/sparse";
+  EXPECT_THROW(LoadSurvey(w, options), InputError);
+  // One that is no picture is left out.
+  options.mask_folder = root + "/masks";
+  WriteFile(root + "/masks/right.jpg.png", "no picture");
+  EXPECT_THAT(LoadSurvey(w, options).warnings, Contains(HasSubstr("1 masks are left out")));
+}
+
+// A resize is scaled by width and height; one that does not keep the shape is named.
+TEST(Photographs, AResizeThatChangesTheShapeIsTakenWithAWarning) {
+  const std::string root = TestFolder();
+  WriteBinary(root + "/sparse/0", SmallModel());
+  WriteFile(root + "/images/left one.jpg", Pgm(320, 246));  // 2.4 % off
+  WriteFile(root + "/images/sub/middle.png", Pgm(67, 50));  // as near to 4:3 as pixels allow
+  WriteFile(root + "/images/right.jpg", Pgm(320, 260));     // another picture
+  const Survey s = LoadSurvey(InspectWorkspace(root), {});
+  EXPECT_EQ(s.photographs[0].path, root + "/images/left one.jpg");
+  EXPECT_EQ(s.photographs[2].path, root + "/images/sub/middle.png");
+  EXPECT_EQ(s.photographs[1].path, "");
+  EXPECT_THAT(s.warnings, Contains(HasSubstr("1 of 3 photographs have another shape")));
+  EXPECT_THAT(s.warnings, Contains(HasSubstr("320 x 246")));
+  EXPECT_THAT(s.warnings, Contains(HasSubstr("1 photograph is left out")));
+}
+
 TEST(Photographs, AFolderNamedByHandComesFirst) {
   const std::string root = TestFolder();
   WriteBinary(root + "/p/sparse/0", SmallModel());

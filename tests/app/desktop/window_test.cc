@@ -231,7 +231,7 @@ void WindowTest::fourLinkedPanes() {
     const LevelStats& stats = window_->document()->levels()[static_cast<std::size_t>(i)].stats;
     QCOMPARE(pane(i)->strip()->value(QStringLiteral("Metaballs")),
              QString::fromStdString(FormatGrouped(stats.count)));
-    for (const char* caption : {"Spacing", "Radius", "Time", "Device", "Hits"}) {
+    for (const char* caption : {"Spacing", "Radius", "Error", "Time", "Device", "Hits"}) {
       const QString value = pane(i)->strip()->value(QLatin1String(caption));
       QVERIFY2(!value.isEmpty() && value != QStringLiteral("–"), caption);
     }
@@ -564,7 +564,7 @@ void WindowTest::coloursFromPhotographs() {
   const QImage before = picture(0);
   auto* box = pane(0)->findChild<QComboBox*>(QStringLiteral("color"));
   QTest::keyClick(box, Qt::Key_End);
-  QCOMPARE(pane(0)->colorSource(), ColorSource::kPhotographs);
+  QCOMPARE(pane(0)->colorSource(), PaneColors::kPhotographs);
   QTRY_VERIFY_WITH_TIMEOUT(pane(0)->canvas()->view()->photo_stats.has_value(), kWait);
   settle();
   const PhotoShadingStats& stats = *pane(0)->canvas()->view()->photo_stats;
@@ -573,7 +573,7 @@ void WindowTest::coloursFromPhotographs() {
   keep(window_.get(), QStringLiteral("photograph_colours"));
   pane(0)->canvas()->setFocus();
   key(Qt::Key_C);
-  QCOMPARE(pane(0)->colorSource(), ColorSource::kBlend);
+  QCOMPARE(pane(0)->colorSource(), PaneColors::kBlend);
 }
 
 void WindowTest::rakingLight() {

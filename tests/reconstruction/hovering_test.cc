@@ -1,0 +1,96 @@
+// Noise that hovers close above a surface.
+#include "reconstruction/hovering.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "tests/reconstruction/test_files.h"
+
+namespace sherd {
+namespace {
+
+// Two walls that meet in an edge towards twelve cameras, with noise that only three of them list.
+struct Corner {
+  Survey survey;
+  SurveyPoints points;
+  std::vector<float> spacing;
+  std::vector<char> is_noise;
+
+  Corner() {
+    for (int i = 0; i < 12; ++i) {
+      Photograph photo;
+      const double angle = (i - 5.5) * 0.12;
+      photo.cam_from_world = test::PoseAt({8 * std::sin(angle), 0.3, -8 * std::cos(angle)});
+      survey.photographs.push_back(photo);
+    }
+    points.photo_begin.push_back(0);
+    std::uint32_t state = 7;
+    const auto uniform = [&] {
+      state = state * 1664525u + 1013904223u;
+      return static_cast<double>(state >> 8) / (1 << 24);
+    };
+    const double slope = std::numbers::sqrt2 / 2;
+    for (int side : {-1, 1}) {
+      const Vec3d normal{side * slope, 0, -slope};
+      for (int i = 0; i < 60; ++i) {
+        for (int j = 0; j < 60; ++j) {
+          const double along = (i + uniform()) * 0.01, up = (j + uniform()) * 0.01;
+          const Vec3d p{side * slope * along, up, slope * along};
+          Add(p + normal * (0.002 * (uniform() - 0.5)), normal, false);
+          if (i > 5 && i < 55 && j > 5 && j < 55 && uniform() < 0.03) {
+            Add(p + normal * (0.015 + 0.01 * uniform()), normal, true);
+          }
+        }
+      }
+    }
+    spacing.assign(points.size(), 0.01f);
+  }
+
+  void Add(const Vec3d& p, const Vec3d& normal, bool noise) {
+    points.position.push_back(p);
+    points.normal.push_back(normal.cast<float>());
+    is_noise.push_back(noise);
+    for (std::uint32_t k = 0; k < survey.photographs.size(); ++k) {
+      const Vec3d way = survey.photographs[k].cam_from_world.Center() - p;
+      if (!(Dot(way, normal) > 0.2 * Length(way))) continue;
+      if (!noise || k % 4 == 1) points.photo_idx.push_back(k);
+    }
+    points.photo_begin.push_back(points.photo_idx.size());
+  }
+};
+
+TEST(Hovering, NoiseThatMostPhotographsLookPastGoesAndTheSurfaceStays) {
+  const Corner c;
+  const NeighborSearch search(c.points.position);
+  std::vector<char> stray(c.points.size(), 0);
+  FindHovering(c.survey, c.points, search, c.spacing, &stray);
+  std::size_t noise = 0, found = 0, wrong = 0;
+  for (std::size_t i = 0; i < stray.size(); ++i) {
+    noise += c.is_noise[i];
+    found += c.is_noise[i] && stray[i];
+    wrong += !c.is_noise[i] && stray[i];
+  }
+  EXPECT_GT(noise, 100u);
+  EXPECT_GT(found, noise * 7 / 10);
+  EXPECT_EQ(wrong, 0u);
+}
+
+TEST(Hovering, WithoutListsOrNormalsNothingIsMarked) {
+  Corner c;
+  const NeighborSearch search(c.points.position);
+  std::vector<char> stray(c.points.size(), 0);
+  SurveyPoints without = c.points;
+  without.normal.clear();
+  FindHovering(c.survey, without, search, c.spacing, &stray);
+  without = c.points;
+  without.photo_begin.clear();
+  without.photo_idx.clear();
+  FindHovering(c.survey, without, search, c.spacing, &stray);
+  EXPECT_EQ(std::count(stray.begin(), stray.end(), 1), 0);
+}
+
+}  // namespace
+}  // namespace sherd

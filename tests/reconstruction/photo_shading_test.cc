@@ -1,0 +1,409 @@
+// Photographs looked up at the points of a surface.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "metaball/error.h"
+#include "reconstruction/dense_offset.h"
+#include "reconstruction/photo_colors.h"
+#include "reconstruction/photo_exposure.h"
+#include "reconstruction/photo_selection.h"
+#include "reconstruction/photographs.h"
+#include "reconstruction/surface_depths.h"
+#include "tests/reconstruction/photo_board.h"
+
+namespace sherd {
+namespace {
+
+using test::Board;
+using test::BoardColor;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+TEST(Shading, DetailFarFinerThanTheMetaballsIsThere) {
+  const Board board;
+  const Camera camera = Board::View();
+  Frame frame = board.Render(camera);
+  EXPECT_GT(Board::Difference(frame, camera), 0.15) << "one colour a metaball shows no stripes";
+  PhotographShader shader(board.survey);
+  Lighting unlit;
+  unlit.unlit = true;
+  const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, unlit, &frame);
+  EXPECT_LT(Board::Difference(frame, camera), 0.03);
+  EXPECT_EQ(stats.pixels, 400u * 300);
+  EXPECT_EQ(stats.from_photos, stats.pixels);
+  EXPECT_EQ(stats.without_photo, 0u);
+  EXPECT_EQ(stats.photos_used, 3u);
+  EXPECT_TRUE(stats.warnings.empty());
+  // Once more, from what is held, the same.
+  Frame again = board.Render(camera);
+  shader.Shade(board.level, {}, camera, unlit, &again);
+  for (std::size_t i = 0; i < frame.color.size(); ++i) {
+    ASSERT_EQ(frame.color[i].r, again.color[i].r);
+  }
+}
+
+TEST(Shading, AResizedFileIsScaled) {
+  const Board board(1.5);
+  const Camera camera = Board::View();
+  Frame frame = board.Render(camera);
+  Lighting unlit;
+  unlit.unlit = true;
+  PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &frame);
+  EXPECT_LT(Board::Difference(frame, camera), 0.03);
+}
+
+TEST(Shading, TheDensePixelOffsetIsApplied) {
+  Board board(1, 3.0);
+  const Camera camera = Board::View();
+  Lighting unlit;
+  unlit.unlit = true;
+  Frame without = board.Render(camera), with = without;
+  PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &without);
+  board.survey.dense_pixel_offset = 3.0;
+  PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &with);
+  EXPECT_GT(Board::Difference(without, camera), 0.06);
+  EXPECT_LT(Board::Difference(with, camera), 0.03);
+}
+
+TEST(Shading, LightIsAppliedToThePhotographs) {
+  const Board board;
+  const Camera camera = Board::View();
+  Frame lit = board.Render(camera), plain = lit;
+  Lighting unlit, half;
+  unlit.unlit = true;
+  half.ambient = 0.5;
+  half.diffuse = 0;
+  PhotographShader shader(board.survey);
+  shader.Shade(board.level, {}, camera, unlit, &plain);
+  shader.Shade(board.level, {}, camera, half, &lit);
+  for (std::size_t i = 0; i < lit.color.size(); i += 97) {
+    EXPECT_NEAR(lit.color[i].r, plain.color[i].r / 2, 1e-5);
+  }
+}
+
+// A board with a screen before it, at z = 2, that hides its middle from the photographs, which show
+// the screen in red there. No lists say which photograph sees what.
+struct HiddenBoard : Board {
+  static constexpr double kScreenX = 0.35, kScreenY = 0.3, kScreenZ = 2;
+
+  static bool OnScreen(int photo, const Vec3d& p) {
+    const Vec3d eye = EyeOf(photo);
+    const Vec3d q = eye + (p - eye) * ((kScreenZ - eye.z) / (p.z - eye.z));
+    return std::abs(q.x) < kScreenX && std::abs(q.y) < kScreenY;
+  }
+  HiddenBoard()
+      : Board(1, 0, 3, [](int photo, const Vec3d& p) {
+          return OnScreen(photo, p) ? Vec3f{0.8f, 0, 0} : Vec3f{0.1f, 0.5f, 0.3f};
+        }) {
+    SurveyPoints& points = survey.points;
+    for (double x = -kScreenX; x <= kScreenX + 1e-9; x += 0.035) {
+      for (double y = -kScreenY; y <= kScreenY + 1e-9; y += 0.03) {
+        points.position.push_back({x, y, kScreenZ});
+        points.normal.push_back({0, 0, -1});
+        points.color.push_back({200, 0, 0});
+      }
+    }
+    points.photo_begin.clear();
+    points.photo_idx.clear();
+    Build();
+  }
+  // From between the screen and the board.
+  static Camera Behind() {
+    return Camera::LookAt({0, 0, 2.3}, {0, 0, 4}, {0, -1, 0}, 1.2, 300, 220);
+  }
+};
+
+TEST(Shading, WhatStandsInFrontIsNotProjectedOntoWhatItHides) {
+  HiddenBoard board;
+  const Camera camera = HiddenBoard::Behind();
+  const Frame before = board.Render(camera);
+  Frame frame = before;
+  Lighting unlit;
+  unlit.unlit = true;
+  const PhotoShadingStats stats =
+      PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &frame);
+  EXPECT_EQ(stats.without_photo + stats.from_photos, stats.pixels);
+  EXPECT_GT(stats.without_photo, 1000u) << "hidden from all three";
+  EXPECT_GT(stats.from_photos, 20000u);
+  std::uint64_t kept = 0;
+  for (std::size_t i = 0; i < frame.color.size(); ++i) {
+    const Pixel& p = frame.color[i];
+    EXPECT_LT(p.r, 0.2f) << "the screen's red at pixel " << i;
+    kept += p.r == before.color[i].r && p.g == before.color[i].g && p.b == before.color[i].b;
+  }
+  EXPECT_EQ(kept, stats.without_photo);
+}
+
+TEST(Shading, WhatNoPhotographSeesCanBeShown) {
+  HiddenBoard board;
+  const Camera camera = HiddenBoard::Behind();
+  Frame frame = board.Render(camera);
+  Lighting unlit;
+  unlit.unlit = true;
+  const PhotoShadingStats stats = PhotographShader(board.survey, {.show_unseen = true})
+                                      .Shade(board.level, {}, camera, unlit, &frame);
+  const Vec3f marked = LinearFromRgb8(kUnseenColor);
+  const auto count = std::count_if(frame.color.begin(), frame.color.end(), [&](const Pixel& p) {
+    return p.r == marked.x && p.g == marked.y && p.b == marked.z;
+  });
+  EXPECT_GT(stats.without_photo, 1000u);
+  EXPECT_EQ(static_cast<std::uint64_t>(count), stats.without_photo);
+}
+
+TEST(Shading, PhotographsThatAreLeftOutAreNotUsed) {
+  const Board board(1, 0, 3, [](int photo, const Vec3d&) {
+    return photo == 1 ? Vec3f{0.6f, 0.1f, 0.1f} : Vec3f{0.1f, 0.3f, 0.1f};
+  });
+  const Camera camera = Board::View();
+  Frame frame = board.Render(camera);
+  Lighting unlit;
+  unlit.unlit = true;
+  PhotoShadingOptions options;
+  options.leave_out = {1};
+  options.even_exposures = false;
+  const PhotoShadingStats stats =
+      PhotographShader(board.survey, options).Shade(board.level, {}, camera, unlit, &frame);
+  EXPECT_EQ(stats.photos_used, 2u);
+  EXPECT_EQ(stats.photos_unreadable, 0u);
+  for (const Pixel& p : frame.color) EXPECT_LT(p.r, 0.12f);
+  EXPECT_THROW(PhotographShader(board.survey, {.leave_out = {3}}), Error);
+}
+
+TEST(Shading, ThePhotographThatLooksTheSameWayDecides) {
+  // The same luma, so that none is taken for one that contradicts the others.
+  const Vec3f shown[] = {{0.4f, 0.2f, 0.2f}, {0.2f, 0.26f, 0.1f}, {0.2f, 0.2f, 0.8f}};
+  Board board(1, 0, 3, [&](int photo, const Vec3d&) { return shown[photo]; });
+  Lighting unlit;
+  unlit.unlit = true;
+  PhotoShadingOptions options;
+  options.even_exposures = false;
+  PhotographShader shader(board.survey, options);
+  for (int photo = 0; photo < 3; ++photo) {
+    const Camera camera = CameraOfPhotograph(board.survey, photo, 200, 150).Cropped(80, 60, 40, 30);
+    Frame frame = board.Render(camera);
+    shader.Shade(board.level, {}, camera, unlit, &frame);
+    for (const Pixel& p : frame.color) {
+      ASSERT_GT(p.a, 0);
+      EXPECT_NEAR(p.r, shown[photo].x, 0.04);
+      EXPECT_NEAR(p.b, shown[photo].z, 0.1);
+    }
+  }
+}
+
+TEST(Shading, ExposuresAreEvenedOut) {
+  const float exposure[] = {0.6f, 1.0f, 1.5f};
+  const Board board(
+      1, 0, 3, [&](int photo, const Vec3d& p) { return BoardColor(p) * (0.6f * exposure[photo]); });
+  const Camera camera = Board::View();
+  Lighting unlit;
+  unlit.unlit = true;
+  const auto ratio_spread = [&](bool even) {
+    Frame frame = board.Render(camera);
+    PhotoShadingOptions options;
+    options.even_exposures = even;
+    PhotographShader(board.survey, options).Shade(board.level, {}, camera, unlit, &frame);
+    // The green channel is smooth: shown over painted must be one factor everywhere.
+    double least = 1e9, most = 0;
+    for (int y = 40; y < frame.height - 40; y += 5) {
+      for (int x = 40; x < frame.width - 40; x += 5) {
+        const RayD ray = RayThrough(camera, x + 0.5, y + 0.5);
+        const Vec3f truth =
+            BoardColor(ray.origin + ray.direction * ((4 - ray.origin.z) / ray.direction.z));
+        const double r = frame.color[static_cast<std::size_t>(y) * frame.width + x].g / truth.y;
+        least = std::min(least, r);
+        most = std::max(most, r);
+      }
+    }
+    return most / least;
+  };
+  EXPECT_GT(ratio_spread(false), 1.2);
+  EXPECT_LT(ratio_spread(true), 1.06);
+}
+
+TEST(Exposure, GainsAreFoundAmongHighlights) {
+  constexpr std::size_t kPlaces = 600, kPhotos = 8;
+  std::uint32_t state = 1;
+  const auto uniform = [&] {
+    state = state * 1664525u + 1013904223u;
+    return static_cast<float>(state >> 8) / static_cast<float>(1 << 24);
+  };
+  std::vector<Vec3f> gain(kPhotos);
+  Vec3f mean{};
+  for (Vec3f& g : gain) {
+    g = {std::exp(0.8f * uniform() - 0.4f), std::exp(0.8f * uniform() - 0.4f),
+         std::exp(0.8f * uniform() - 0.4f)};
+    mean += Vec3f{std::log(g.x), std::log(g.y), std::log(g.z)} * (1.0f / kPhotos);
+  }
+  std::vector<ExposureSample> samples;
+  for (std::uint32_t place = 0; place < kPlaces; ++place) {
+    const Vec3f albedo{0.1f + 0.3f * uniform(), 0.1f + 0.3f * uniform(), 0.1f + 0.3f * uniform()};
+    // A chain: each place is seen by three photographs that follow each other.
+    const std::uint32_t first = place % (kPhotos - 2);
+    for (std::uint32_t photo = first; photo < first + 3; ++photo) {
+      Vec3f c{albedo.x / gain[photo].x, albedo.y / gain[photo].y, albedo.z / gain[photo].z};
+      if (uniform() < 0.1f) c = {0.9f, 0.9f, 0.9f};  // a highlight
+      samples.push_back({place, photo, c});
+    }
+  }
+  const std::vector<Vec3f> found = EvenExposures(samples, kPlaces, kPhotos + 1);
+  for (std::size_t i = 0; i < kPhotos; ++i) {
+    EXPECT_NEAR(std::log(found[i].x), std::log(gain[i].x) - mean.x, 0.03);
+    EXPECT_NEAR(std::log(found[i].y), std::log(gain[i].y) - mean.y, 0.03);
+    EXPECT_NEAR(std::log(found[i].z), std::log(gain[i].z) - mean.z, 0.03);
+  }
+  EXPECT_EQ(found[kPhotos].x, 1.0f) << "no samples, no change";
+  EXPECT_EQ(EvenExposures({}, 0, 2)[1].y, 1.0f);
+}
+
+TEST(Selection, NoPhotographEntersOrLeavesWithASeam) {
+  const Board board(0.25, 0, 9);
+  PhotoSet photos(board.survey, 1 << 20, {});
+  photos.Prepare(std::vector<bool>(9, true));
+  SurfaceDepths depths(board.survey, board.level, {}, std::size_t{64} << 20);
+  depths.Prepare(board.level, std::vector<bool>(9, true), {});
+  const PhotoSelector selector(photos, depths, {0, 1, 2, 3, 4, 5, 6, 7, 8});
+  std::vector<double> before;
+  double largest = 0;
+  int changes = 0;
+  std::vector<bool> chosen_before;
+  for (double x = -0.5; x < 1.2; x += 1e-3) {
+    ViewedPoint point;
+    point.surface.position = {x, 0.1, 4};
+    point.surface.normal = {0, 0, -1};
+    point.hit = point.surface.position;
+    for (std::uint16_t i = 0; i < 9; ++i) point.surface.photos.push_back({i, 1});
+    point.to_viewer = Normalized(Vec3d{0.3 + x, 0.2, 0} - point.hit);
+    point.side_x = {0.004, 0, 0};
+    point.side_y = {0, 0.004, 0};
+    point.tolerance = 0.1;
+    std::vector<PhotoLookup> lookups;
+    selector.Select(point, 0, &lookups);
+    std::vector<double> weight(9, 0);
+    std::vector<bool> chosen(9, false);
+    double sum = 0;
+    for (const PhotoLookup& lookup : lookups) sum += lookup.weight;
+    for (const PhotoLookup& lookup : lookups) {
+      weight[lookup.photo] = lookup.weight / sum;
+      chosen[lookup.photo] = true;
+    }
+    if (!before.empty()) {
+      changes += chosen != chosen_before;
+      for (int i = 0; i < 9; ++i) largest = std::max(largest, std::abs(weight[i] - before[i]));
+    }
+    before = weight;
+    chosen_before = chosen;
+  }
+  EXPECT_GE(changes, 2) << "photographs do come and go on this way";
+  EXPECT_LT(largest, 0.02);
+}
+
+TEST(Colors, MetaballsTakeThePhotographsColorsWithoutTheHighlight) {
+  const auto smooth = [](const Vec3d& p) {
+    return Vec3d{0.3 + 0.1 * std::sin(3 * p.x), 0.4, 0.2 + 0.1 * p.y}.cast<float>();
+  };
+  Board board(1, 0, 3, [&](int photo, const Vec3d& p) {
+    return photo == 1 && std::hypot(p.x, p.y) < 0.3 ? Vec3f{1, 1, 1} : smooth(p);
+  });
+  PhotoColorOptions options;
+  const PhotoColorStats stats = ColorFromPhotographs(board.survey, options, &board.level);
+  EXPECT_EQ(stats.metaballs, board.level.cloud.size());
+  EXPECT_EQ(stats.colored, stats.metaballs);
+  EXPECT_EQ(stats.photos_used, 3u);
+  for (std::size_t i = 0; i < board.level.cloud.size(); ++i) {
+    const Vec3f c = LinearFromRgb8(board.level.cloud.color[i]);
+    const Vec3f truth = smooth(board.level.cloud.frame.WorldFromLocal(board.level.cloud.center[i]));
+    EXPECT_NEAR(c.x, truth.x, 0.03);
+    EXPECT_NEAR(c.y, truth.y, 0.04);
+    EXPECT_NEAR(c.z, truth.z, 0.03);
+  }
+  board.level.photo_begin.clear();
+  EXPECT_THROW(ColorFromPhotographs(board.survey, options, &board.level), InputError);
+}
+
+TEST(DensePixelOffset, IsMeasuredByThePointsColors) {
+  for (const double shift : {0.0, 0.5}) {
+    Board board(1, shift);
+    for (std::size_t i = 0; i < board.survey.points.size(); ++i) {
+      board.survey.points.color[i] = Rgb8FromLinear(BoardColor(board.survey.points.position[i]));
+    }
+    const DenseOffset measured = MeasureDenseOffset(board.survey, 0.5);
+    EXPECT_TRUE(measured.measured);
+    EXPECT_EQ(measured.pixels, shift);
+    EXPECT_EQ(MeasureDenseOffset(board.survey, 0).pixels, 0);
+    // Nothing to compare with: the documented convention.
+    board.survey.photographs.clear();
+    board.survey.points.photo_begin.clear();
+    EXPECT_EQ(MeasureDenseOffset(board.survey, 0.5).pixels, 0.5);
+  }
+}
+
+TEST(Shading, PhotographsThatCannotBeReadAreCountedAndTheOthersUsed) {
+  Board board;
+  board.survey.photographs[0].path = board.folder + "/none.ppm";
+  test::WriteFile(board.survey.photographs[2].path, "P6\n800 600\n255\ncut off");
+  const Camera camera = Board::View();
+  Frame frame = board.Render(camera);
+  Lighting unlit;
+  unlit.unlit = true;
+  PhotographShader shader(board.survey);
+  const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, unlit, &frame);
+  EXPECT_EQ(stats.photos_unreadable, 2u);
+  EXPECT_EQ(stats.photos_used, 1u);
+  EXPECT_THAT(stats.warnings, Contains(HasSubstr("2 photographs could not be used")));
+  EXPECT_LT(Board::Difference(frame, camera), 0.05);
+}
+
+TEST(Shading, NeedsItsPlanes) {
+  const Board board;
+  const Camera camera = Board::View();
+  Frame bare = board.Render(camera);
+  bare.id.clear();
+  PhotographShader shader(board.survey);
+  EXPECT_THROW(shader.Shade(board.level, {}, camera, {}, &bare), Error);
+}
+
+TEST(Shading, NeedsNoLists) {
+  Board board;
+  board.level.photo_begin.clear();
+  board.level.photo_idx.clear();
+  const Camera camera = Board::View();
+  Frame frame = board.Render(camera);
+  Lighting unlit;
+  unlit.unlit = true;
+  const PhotoShadingStats stats =
+      PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &frame);
+  EXPECT_EQ(stats.from_photos, stats.pixels);
+  EXPECT_LT(Board::Difference(frame, camera), 0.03);
+}
+
+TEST(Shading, ASmallBudgetGivesThePictureToo) {
+  const Board board;
+  const Camera camera = Board::View();
+  Frame frame = board.Render(camera);
+  Lighting unlit;
+  unlit.unlit = true;
+  PhotoShadingOptions small;
+  small.memory_mb = 3;
+  PhotographShader shader(board.survey, small);  // one photograph of three at a time
+  const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, unlit, &frame);
+  EXPECT_EQ(stats.photos_used, 3u);
+  EXPECT_LT(Board::Difference(frame, camera), 0.03);
+}
+
+TEST(Shading, CanBeCancelled) {
+  const Board board;
+  const Camera camera = Board::View();
+  Frame frame = board.Render(camera);
+  std::stop_source source;
+  source.request_stop();
+  Control control;
+  control.stop = source.get_token();
+  EXPECT_THROW(PhotographShader(board.survey).Shade(board.level, {}, camera, {}, &frame, control),
+               Cancelled);
+}
+
+}  // namespace
+}  // namespace sherd
