@@ -14,6 +14,14 @@ add_library(sherd_options INTERFACE)
 target_include_directories(sherd_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(sherd_options INTERFACE
   $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wshadow -Wno-missing-field-initializers>)
+# GCC 12 takes a pair of doubles that are rounded to floats and back for the doubles themselves where
+# it makes a vector of them: x - (double)(float)x becomes 0, and with it what anchors keep
+# (tile_march.h).
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(sherd_options INTERFACE
+    $<$<COMPILE_LANGUAGE:CXX>:-fno-tree-slp-vectorize>
+    $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-fno-tree-slp-vectorize>)
+endif()
 if(SHERD_WERROR)
   target_compile_options(sherd_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-Werror>)
 endif()
