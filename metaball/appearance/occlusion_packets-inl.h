@@ -202,7 +202,7 @@ class OcclusionPackets {
     BeamCollector collector(*job_.tree, beam, &finds);
     WalkTree(*job_.tree, &collector);
     finds.Pad();
-    const int lanes = static_cast<int>(hn::Lanes(D()));
+    const int lanes = L::Count();
     for (int first = 0; first < count; first += lanes) {
       const int n = std::min(lanes, count - first);
       if (finds.idx.empty()) {
@@ -254,7 +254,7 @@ class OcclusionPackets {
     RayBundle<kMaxLanes> bundle;
     bundle.Aim(*job_.tree, rays, count);
     Narrow(bundle.BeamIn(*job_.tree));
-    const int lanes = static_cast<int>(hn::Lanes(D()));
+    const int lanes = L::Count();
     for (int i = 0; i < lanes; ++i) {
       const OcclusionRay& ray = rays[std::min(i, count - 1)];
       rays_.dx[i] = static_cast<Real>(ray.direction.x);
@@ -298,8 +298,9 @@ class OcclusionPackets {
       std::size_t taken = 0, kept = 0;
       for (const Candidate& candidate : candidates) {
         if (candidate.front <= wanted) {
-          window_.Add(anchor, start, candidate.idx, candidate.front, candidate.exit, rays_,
-                      searching, &enters);
+          window_.Add(
+              window_.EntryAt(anchor, start, candidate.idx, candidate.front, candidate.exit), rays_,
+              searching, &enters);
           ++taken;
         } else {
           end = std::min(end, static_cast<double>(candidate.front));
@@ -308,19 +309,20 @@ class OcclusionPackets {
       }
       candidates.resize(kept);
       more = kept > 0;
-      if (taken < static_cast<std::size_t>(kPacketWindow)) {
+      if (taken < static_cast<std::size_t>(PacketWindowOf(L::Count()))) {
         slab *= 2;
-      } else if (taken > 2 * static_cast<std::size_t>(kPacketWindow)) {
+      } else if (taken > 2 * static_cast<std::size_t>(PacketWindowOf(L::Count()))) {
         slab /= 2;
       }
       if (window_.size() > 0) {
-        const typename Window::Extent extent = window_.Measure();
-        const auto room =
-            static_cast<Real>(std::min(static_cast<double>(extent.last_exit), end) - start);
+        const auto room = static_cast<Real>(
+            std::min(static_cast<double>(window_.extent().last_exit), end) - start);
         const L t_end = Min(end_of_ray, L(room));
-        const March<L, M> march = window_.template Run<MarchGoal::kAny, false>(
-            extent, L::Load(begin_), enters, t_end, room, searching, &counts_);
-        hit = Either(hit, march.hit);
+        typename Window::Way way = window_.Begin(L::Load(begin_), enters, t_end, room, searching);
+        while (!way.march.searching.None()) {
+          window_.template Step<MarchGoal::kAny, false>(&way, &counts_);
+        }
+        hit = Either(hit, way.march.hit);
       }
       start = end;
     }

@@ -13,16 +13,25 @@
 //
 #include "metaball/density/bounds-inl.h"
 
-// (1 - u)^n with n known to the compiler.
-struct LinearShape : PowerShape {
-  SHERD_FORMULA LinearShape() : PowerShape{1} {}
+// (1 - u)^N with N known to the compiler.
+template <int N>
+struct FixedPowerShape : PowerShape {
+  // Value and slope are 0 where the support ends.
+  static constexpr bool kFlatRim = N >= 2;
+
+  SHERD_FORMULA FixedPowerShape() : PowerShape{N} {}
+  template <class T>
+  SHERD_FORMULA T Value(T u) const {
+    return IntegerPower(T(1) - u, N);
+  }
+  template <class T>
+  SHERD_FORMULA T Slope(T u) const {
+    return T(-N) * IntegerPower(T(1) - u, N - 1);
+  }
 };
-struct MurakamiShape : PowerShape {
-  SHERD_FORMULA MurakamiShape() : PowerShape{2} {}
-};
-struct CubeShape : PowerShape {
-  SHERD_FORMULA CubeShape() : PowerShape{3} {}
-};
+using LinearShape = FixedPowerShape<1>;
+using MurakamiShape = FixedPowerShape<2>;
+using CubeShape = FixedPowerShape<3>;
 
 // The bound to use for a shape: its own polynomial where it is one of low degree, that of the
 // second derivative elsewhere.

@@ -14,6 +14,7 @@ struct Lanes {
   HWY_INLINE explicit Lanes(float value) : v(hn::Set(D(), static_cast<Real>(value))) {}
   HWY_INLINE explicit Lanes(int value) : v(hn::Set(D(), static_cast<Real>(value))) {}
 
+  static HWY_INLINE int Count() { return static_cast<int>(hn::Lanes(D())); }
   static HWY_INLINE Lanes Load(const Real* from) { return hn::LoadU(D(), from); }
   HWY_INLINE void Store(Real* to) const { hn::StoreU(v, D(), to); }
 
@@ -70,6 +71,10 @@ HWY_INLINE Lanes<Real> Max(Lanes<Real> a, Lanes<Real> b) {
 template <class Real>
 HWY_INLINE Lanes<Real> Min(Lanes<Real> a, Lanes<Real> b) {
   return hn::Min(a.v, b.v);
+}
+template <class Real>
+HWY_INLINE Lanes<Real> Absolute(Lanes<Real> a) {
+  return hn::Abs(a.v);
 }
 template <class Real>
 HWY_INLINE Real LargestOf(Lanes<Real> a) {
