@@ -205,18 +205,6 @@ void AddLightOption(CLI::App* app, AppearanceOptions* options) {
 void AddAppearanceOptions(CLI::App* app, AppearanceOptions* options) {
   constexpr const char* kSurface = "Surface and light";
   constexpr const char* kLook = "Appearance";
-  const auto parsed = [app](const char* name, const std::string& help, auto parse) {
-    return app->add_option_function<std::string>(
-        name,
-        [name, parse](const std::string& text) {
-          try {
-            parse(text);
-          } catch (const Error& error) {
-            throw CLI::ValidationError(name, error.what());
-          }
-        },
-        help);
-  };
   app->add_flag("--shadows", options->shadows, "lights away from the camera throw shadows")
       ->group(kSurface);
   auto* ambient = app->add_flag("--ambient-occlusion", options->ambient_occlusion,
@@ -239,8 +227,9 @@ void AddAppearanceOptions(CLI::App* app, AppearanceOptions* options) {
             "colours of --color-by [default viridis]")
       ->needs(by)
       ->group(kLook);
-  parsed("--color-range", "values at the ends of the map [default: found from the metaballs]",
-         [options](const std::string& text) { options->color_range = ParseColorRange(text); })
+  AddParsed(app, "--color-range",
+            "values at the ends of the map [default: found from the metaballs]",
+            [options](const std::string& text) { options->color_range = ParseColorRange(text); })
       ->type_name("LO,HI")
       ->needs(by)
       ->group(kLook);

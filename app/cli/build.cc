@@ -1,6 +1,5 @@
 // sherd build: density levels from an imported survey.
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +10,7 @@
 #include "app/project/format.h"
 #include "app/project/project.h"
 #include "metaball/error.h"
+#include "metaball/stopwatch.h"
 
 namespace sherd::cli {
 namespace {
@@ -35,7 +35,7 @@ bool UpToDate(const LevelEntry& level, const LevelOptions& options) {
 }
 
 int RunBuild(const Options& options, const Environment& environment) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   Project project = Project::Open(options.project);
   LevelOptions level_options;
   level_options.reduction = *FindReduction(options.reduction);
@@ -64,8 +64,7 @@ int RunBuild(const Options& options, const Environment& environment) {
     Progress progress(environment.stop);
     BuildLevels(&project, targets, level_options, progress.control());
   }
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = watch.Seconds();
 
   std::uint64_t most = 0;
   for (const std::uint64_t target : targets) {
@@ -110,16 +109,9 @@ void AddBuild(CLI::App* program, Action* action) {
   CLI::App* app = program->add_subcommand(
       "build", "Build density levels of a project, each by a target count.");
   app->add_option("PROJECT", options->project, "a project made by sherd import")->required();
-  app->add_option_function<std::string>(
-         "--levels",
-         [options](const std::string& text) {
-           try {
-             options->levels = ParseCounts(text);
-           } catch (const InputError& error) {
-             throw CLI::ValidationError("--levels", error.what());
-           }
-         },
-         "how many metaballs each level holds (k and M are understood), reached within 1 %")
+  AddParsed(app, "--levels",
+            "how many metaballs each level holds (k and M are understood), reached within 1 %",
+            [options](const std::string& text) { options->levels = ParseCounts(text); })
       ->required()
       ->type_name("63k,126k,...");
   AddChoice(app, "--reduction", &options->reduction, ReductionNames(),

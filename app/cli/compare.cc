@@ -1,6 +1,5 @@
 // sherd compare: levels by one camera on a sheet.
 #include <algorithm>
-#include <chrono>
 #include <ctime>
 #include <filesystem>
 #include <memory>
@@ -19,6 +18,7 @@
 #include "app/report/sheet.h"
 #include "metaball/appearance/pseudo_color.h"
 #include "metaball/error.h"
+#include "metaball/stopwatch.h"
 
 namespace sherd::cli {
 namespace {
@@ -88,7 +88,7 @@ std::string FileName(const std::string& level) {
 }
 
 int RunCompare(const Options& options, const Environment& environment) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const LookOptions& look = options.look;
   look.CheckPhotoOptions();
   const Project project = Project::Open(options.project);
@@ -199,8 +199,7 @@ int RunCompare(const Options& options, const Environment& environment) {
   warnings.erase(std::unique(warnings.begin(), warnings.end()), warnings.end());
   for (const std::string& warning : warnings) Warn(warning);
 
-  const double seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = watch.Seconds();
   if (options.json) {
     Json levels = Json::array();
     for (const SheetPanel& panel : panels) {

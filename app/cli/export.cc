@@ -6,6 +6,7 @@
 
 #include "app/cli/command.h"
 #include "app/cli/look_options.h"
+#include "app/cli/option_types.h"
 #include "app/cli/progress.h"
 #include "app/cli/source.h"
 #include "app/project/format.h"
@@ -209,17 +210,12 @@ void AddExport(CLI::App* program, Action* action) {
   app->add_option("--level", options->level, "level of a project [default: the largest]")
       ->type_name("63k");
   AddSetting(app, "radius-factor", &options->radius_factor, "F");
-  app->add_option_function<std::string>(
-         "--samples",
-         [options = options.get()](const std::string& text) {
-           try {
-             if (ParseCount(text) == 0) throw InputError("", "", "the count must be above 0");
-           } catch (const InputError& error) {
-             throw CLI::ValidationError("--samples", error.what());
-           }
-           options->samples = text;
-         },
-         "of a mesh: so many points spread over its triangles by area [default: its vertices]")
+  AddParsed(app, "--samples",
+            "of a mesh: so many points spread over its triangles by area [default: its vertices]",
+            [options = options.get()](const std::string& text) {
+              if (ParseCount(text) == 0) throw InputError("", "", "the count must be above 0");
+              options->samples = text;
+            })
       ->type_name("63k");
   app->add_option(
          "--texture", options->texture,

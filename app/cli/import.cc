@@ -111,29 +111,18 @@ void AddImport(CLI::App* program, Action* action) {
                   "(--transform_path), or by a 4 x 4 matrix")
       ->type_name("FILE");
   AddDirection(app, "--up", &options->up, "what is up, world [default: from the photographs]");
-  app->add_option_function<std::string>(
-         "--decimate",
-         [options](const std::string& text) {
-           try {
-             ParseCount(text);
-           } catch (const InputError& error) {
-             throw CLI::ValidationError("--decimate", error.what());
-           }
-           options->decimate = text;
-         },
-         "thin the cloud to about this many points while it is read")
+  AddParsed(app, "--decimate", "thin the cloud to about this many points while it is read",
+            [options](const std::string& text) {
+              ParseCount(text);
+              options->decimate = text;
+            })
       ->type_name("5M");
-  app->add_option_function<std::string>(
-         "--memory-limit",
-         [options](const std::string& text) {
-           try {
-             ParseCount(text);
-           } catch (const InputError& error) {
-             throw CLI::ValidationError("--memory-limit", error.what());
-           }
-           options->memory_limit = text;
-         },
-         "refuse a cloud that needs more than this many MiB [default: 80 % of what is free]")
+  AddParsed(app, "--memory-limit",
+            "refuse a cloud that needs more than this many MiB [default: 80 % of what is free]",
+            [options](const std::string& text) {
+              ParseCount(text);
+              options->memory_limit = text;
+            })
       ->type_name("MIB");
   app->add_flag("--json", options->json, "print the summary as JSON");
   app->footer(

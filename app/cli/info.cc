@@ -135,20 +135,6 @@ std::string WorkspaceText(const Workspace& workspace) {
   return text;
 }
 
-const char* ModeName(ThresholdMode mode) {
-  switch (mode) {
-    case ThresholdMode::kUniform:
-      return "uniform";
-    case ThresholdMode::kBlended:
-      return "blended";
-    case ThresholdMode::kSummed:
-      return "summed";
-    case ThresholdMode::kGated:
-      return "gated";
-  }
-  return "";
-}
-
 int InfoMetaballs(const InfoOptions& options) {
   const Source source = OpenSource(options.path, {}, {});
   const Cloud& cloud = *source.cloud;
@@ -175,7 +161,7 @@ int InfoMetaballs(const InfoOptions& options) {
                {"metaballs", cloud.size()},
                {"threshold", surface.threshold},
                {"thresholds", !cloud.threshold.empty()},
-               {"threshold_mode", ModeName(surface.mode)},
+               {"threshold_mode", NameOf(surface.mode)},
                {"density", TextOf(surface.density)},
                {"radius_min", smallest * unit},
                {"radius_max", largest * unit},
@@ -191,9 +177,8 @@ int InfoMetaballs(const InfoOptions& options) {
                 {"radius", FormatNumber(smallest * unit) +
                                (largest > smallest ? " to " + FormatNumber(largest * unit) : "") +
                                " units"},
-                {"threshold", cloud.threshold.empty()
-                                  ? FormatNumber(surface.threshold)
-                                  : std::string("one each, ") + ModeName(surface.mode)},
+                {"threshold", cloud.threshold.empty() ? FormatNumber(surface.threshold)
+                                                      : "one each, " + NameOf(surface.mode)},
                 {"density", TextOf(surface.density)},
                 {"colours", cloud.color.empty() ? "one for all" : "one each"},
                 {"further channels", channel_names},

@@ -119,19 +119,13 @@ void AddCameraOptions(CLI::App* app, LookOptions* look) {
 void AddSurfaceOptions(CLI::App* app, LookOptions* look) {
   In(kSurface, AddSetting(app, "threshold", &look->threshold, "T"));
   In(kSurface, AddSetting(app, "radius-scale", &look->radius_scale, "S"));
-  In(kSurface, app->add_option_function<std::string>(
-                      "--density",
-                      [look](const std::string& text) {
-                        try {
-                          look->density = ParseDensity(text);
-                        } catch (const InputError& error) {
-                          throw CLI::ValidationError("--density", error.what());
-                        }
-                      },
-                      "murakami, wyvill, nishimura, blinn:RATE,AMPLITUDE, power:N, ratio, "
-                      "reciprocal, ramp:DEGREE,SLOPE or trigonometric:RATE,AMPLITUDE [default: the "
-                      "file's, else murakami]")
-                   ->type_name("NAME"));
+  In(kSurface,
+     AddParsed(app, "--density",
+               "murakami, wyvill, nishimura, blinn:RATE,AMPLITUDE, power:N, ratio, "
+               "reciprocal, ramp:DEGREE,SLOPE or trigonometric:RATE,AMPLITUDE [default: the "
+               "file's, else murakami]",
+               [look](const std::string& text) { look->density = ParseDensity(text); })
+         ->type_name("NAME"));
   In(kSurface, AddChoice(app, "--thresholds", &look->thresholds, ThresholdModeNames(),
                          "one threshold for all, or the metaballs' own, blended, summed (thesis "
                          "2.9) or gated (thesis algorithms 2-6) [default: the file's, else "
@@ -169,18 +163,13 @@ void AddLookOptions(CLI::App* app, LookOptions* look) {
   constexpr const char* kPicture = "Picture";
   In(kPicture, AddSetting(app, "supersample", &look->supersample, "N"));
   In(kPicture, AddSetting(app, "level-of-detail", &look->level_of_detail, "PX"));
-  In(kPicture, app->add_option_function<std::string>(
-                      "--background",
-                      [look](const std::string& text) {
-                        try {
-                          ParseBackground(text);
-                        } catch (const InputError& error) {
-                          throw CLI::ValidationError("--background", error.what());
-                        }
-                        look->background = text;
-                      },
-                      "red,green,blue, each 0 to 1 as sRGB shows them, or transparent [default: "
-                      "white, 1,1,1]")
+  In(kPicture, AddParsed(app, "--background",
+                         "red,green,blue, each 0 to 1 as sRGB shows them, or transparent [default: "
+                         "white, 1,1,1]",
+                         [look](const std::string& text) {
+                           ParseBackground(text);
+                           look->background = text;
+                         })
                    ->type_name("R,G,B|transparent"));
   In(kPicture, app->add_option("--bits", look->bits,
                                "bits a channel: 8 or 16; .exr: 16 or 32 [default 8; .exr 16]")

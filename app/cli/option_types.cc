@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 #include "app/project/format.h"
 #include "app/project/settings.h"
@@ -35,13 +36,13 @@ std::vector<std::string> Split(const std::string& text, char separator) {
   return parts;
 }
 
-// An option whose text goes through `parse`, whose InputError becomes one of the option.
-template <class Parse>
+}  // namespace
+
 CLI::Option* AddParsed(CLI::App* app, const std::string& name, const std::string& help,
-                       Parse parse) {
+                       std::function<void(const std::string&)> parse) {
   return app->add_option_function<std::string>(
       name,
-      [name, parse](const std::string& text) {
+      [name, parse = std::move(parse)](const std::string& text) {
         try {
           parse(text);
         } catch (const Error& error) {
@@ -50,8 +51,6 @@ CLI::Option* AddParsed(CLI::App* app, const std::string& name, const std::string
       },
       help);
 }
-
-}  // namespace
 
 Vec3d ParseVector(const std::string& text) {
   const std::vector<std::string> parts = Split(text, ',');

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +23,9 @@ Size ParseSize(const std::string& text);
 // "63k,126k" as counts, each once. Throws InputError.
 std::vector<std::uint64_t> ParseCounts(const std::string& text);
 
+// An option whose text goes through `parse`, whose Error becomes one of the option.
+CLI::Option* AddParsed(CLI::App* app, const std::string& name, const std::string& help,
+                       std::function<void(const std::string&)> parse);
 CLI::Option* AddVector(CLI::App* app, const std::string& name, std::optional<Vec3d>* value,
                        const std::string& help);
 // The same, refusing the zero vector.

@@ -91,21 +91,14 @@ void AddScale(CLI::App* program, Action* action) {
   app->add_option("PROJECT", options->project, "the project")->required()->type_name("P.sherd");
   auto* scale = AddSetting(app, "metres-per-unit", &options->metres_per_unit, "M");
   auto* distance = AddKnownDistance(app, &options->known_distance)->excludes(scale);
-  auto* chessboard = app->add_option_function<std::string>(
-                            "--chessboard",
-                            [options](const std::string& text) {
-                              try {
-                                options->chessboard = ParseSize(text);
-                              } catch (const Error& error) {
-                                throw CLI::ValidationError("--chessboard", error.what());
-                              }
-                            },
-                            "the scale from a chessboard in the photographs: its inner corners, "
-                            "where four squares "
-                            "meet")
-                         ->excludes(scale)
-                         ->excludes(distance)
-                         ->type_name("9x6");
+  auto* chessboard =
+      AddParsed(app, "--chessboard",
+                "the scale from a chessboard in the photographs: its inner corners, "
+                "where four squares meet",
+                [options](const std::string& text) { options->chessboard = ParseSize(text); })
+          ->excludes(scale)
+          ->excludes(distance)
+          ->type_name("9x6");
   app->add_option("--markers", options->markers,
                   "the scale from coded markers in the photographs: OpenCV's dictionary")
       ->excludes(scale)
