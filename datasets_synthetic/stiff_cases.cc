@@ -47,13 +47,6 @@ CloudInput One(double radius = 1) {
   return input;
 }
 
-Scene SceneOf(const CloudInput& input, double threshold = 0.7) {
-  Scene scene;
-  scene.cloud = std::make_shared<Cloud>(BuildCloud(input));
-  scene.surface.threshold = threshold;
-  return scene;
-}
-
 Scene With(Scene scene, const char* density) {
   scene.surface.density = ParseDensity(density);
   return scene;

@@ -1,32 +1,21 @@
 #include "metaball/cpu_renderer.h"
 
 #include <atomic>
-#include <chrono>
-#include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "metaball/appearance/deferred.h"
 #include "metaball/error.h"
-#include "metaball/local_view.h"
+#include "metaball/frame_work.h"
 #include "metaball/parallel.h"
 #include "metaball/precision.h"
+#include "metaball/stopwatch.h"
 #include "metaball/supersample.h"
 #include "metaball/trace_job.h"
 
 namespace sherd {
 namespace {
-
-class Stopwatch {
- public:
-  double Seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 class CpuRenderer final : public Renderer {
  public:
@@ -58,44 +47,23 @@ class CpuRenderer final : public Renderer {
       return frame;
     }
 
-    TraceJob job;
-    job.cloud = &cloud;
-    job.camera = LocalCamera(camera, cloud.frame);
-    job.bins = &bins_;
-    job.light = PrepareLight(scene.lighting);
-    const ResolvedDensity density = ResolveDensity(scene.surface.density);
-    job.shape = density.shape;
-    job.mode = scene.surface.mode;
-    job.threshold = scene.surface.threshold;
-    job.threshold_scale = 1.0 / density.amplitude;
-    job.radius_scale = scene.surface.radius_scale * density.support;
+    TraceJob job = JobOf(scene, camera, &bins_, &frame);
     job.double_precision = HasWideRadii(cloud) || HasStiffThreshold(scene.surface);
-    job.frame = &frame;
     job.gather = gather ? &*gather : nullptr;
-
-    const Stopwatch bin;
-    bins_.Build(cloud, static_cast<float>(job.radius_scale), ViewOf(job.camera), settings.threads,
-                control);
-    frame.stats.seconds_bin = bin.Seconds();
-    frame.stats.metaballs_in_view = bins_.metaballs_in_view();
-    frame.stats.tile_entries = bins_.entries();
-
+    BinMetaballs(job, settings.threads, control, &bins_, &frame.stats);
     const Stopwatch trace;
     Trace(job, settings.threads, control, &frame.stats);
     frame.stats.seconds_trace = trace.Seconds();
-    frame.stats.bytes = bins_.MemoryBytes();
     frame.stats.seconds_total = total.Seconds();
     return frame;
   }
 
  private:
   std::string DeviceFor(int threads) const {
-    const int count = ThreadCount(threads);
-    std::string name = std::to_string(count) + (count == 1 ? " thread, " : " threads, ");
 #ifdef SHERD_HAVE_HIGHWAY
-    if (path_ == CpuPath::kBest) return name + PacketTargetName();
+    if (path_ == CpuPath::kBest) return ThreadsAnd(threads, PacketTargetName());
 #endif
-    return name + "scalar";
+    return ThreadsAnd(threads, "scalar");
   }
 
   TileTracer TracerFor(const TraceJob& job) const {
@@ -123,9 +91,8 @@ class CpuRenderer final : public Renderer {
         trace_tile(job, static_cast<int>(tile), &counts[worker]);
         if (counts[worker].rays.crowded > 0) {
           static_cast<TraceCounts&>(counts[worker]) = before;
-          const int x0 = static_cast<int>(tile) % job.bins->tiles_x() * kTileSize;
-          const int y0 = static_cast<int>(tile) / job.bins->tiles_x() * kTileSize;
-          job.frame->Clear(x0, y0, x0 + kTileSize, y0 + kTileSize);
+          const PixelBox pixels = job.bins->PixelsOf(static_cast<int>(tile));
+          job.frame->Clear(pixels.x0, pixels.y0, pixels.x1, pixels.y1);
           trace_in_doubles(in_doubles, static_cast<int>(tile), &counts[worker]);
         }
       }
@@ -134,12 +101,7 @@ class CpuRenderer final : public Renderer {
         control.Report("tracing", static_cast<double>(finished) / tiles);
       }
     });
-    for (const WorkerCounts& c : counts) {
-      stats->hits += c.hits;
-      stats->rays_started_inside += c.rays.started_inside;
-      stats->grazing += c.rays.grazing;
-      stats->unresolved += c.rays.unresolved;
-    }
+    for (const WorkerCounts& c : counts) AddCounts(c, stats);
   }
 
   CpuPath path_;

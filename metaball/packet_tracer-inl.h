@@ -65,15 +65,11 @@ class PacketTracer {
                  Packet(list_, shape, &memory->windows[1])} {}
 
   SHERD_PACKET_INLINE void Run(int tile) {
-    const Frame& frame = *job_.frame;
-    x0_ = tile % job_.bins->tiles_x() * kTileSize;
-    y0_ = tile / job_.bins->tiles_x() * kTileSize;
-    x_ = x0_;
-    y_ = y0_;
-    x1_ = std::min(x0_ + kTileSize, frame.width);
-    y1_ = std::min(y0_ + kTileSize, frame.height);
+    pixels_ = job_.bins->PixelsOf(tile);
+    x_ = pixels_.x0;
+    y_ = pixels_.y0;
     list_front_ = list_.entry[0].front;
-    const RayD middle = RayThrough(job_.camera, x0_ + 0.5 * kTileSize, y0_ + 0.5 * kTileSize);
+    const RayD middle = RayThrough(job_.camera, x_ + 0.5 * kTileSize, y_ + 0.5 * kTileSize);
     tile_anchor_ = middle.origin + middle.direction * list_front_;
     staged_ = 0;
     for (bool any = true; any;) {
@@ -128,7 +124,7 @@ class PacketTracer {
         if (NextWindow(p)) return true;
         if (counts_.rays.crowded > 0) return false;
       }
-      if (y_ >= y1_) return false;
+      if (y_ >= pixels_.y1) return false;
       p->rays.Aim(job_.camera, x_, y_);
       p->searching = p->rays.InPicture(job_.frame->width, job_.frame->height);
       p->window.Clear();
@@ -139,8 +135,8 @@ class PacketTracer {
           (axis.origin + axis.direction * list_front_ - tile_anchor_).template cast<float>();
       p->direction = axis.direction.template cast<float>();
       x_ += p->rays.width();
-      if (x_ >= x1_) {
-        x_ = x0_;
+      if (x_ >= pixels_.x1) {
+        x_ = pixels_.x0;
         y_ += p->rays.height();
       }
     }
@@ -386,8 +382,8 @@ class PacketTracer {
   Memory& memory_;
   TraceCounts& counts_;
   Packet packets_[2];
-  int x0_ = 0, y0_ = 0, x1_ = 0, y1_ = 0;  // the tile's pixels
-  int x_ = 0, y_ = 0;                      // where the next packet begins
+  PixelBox pixels_;          // the tile's
+  int x_ = 0, y_ = 0;        // where the next packet begins
   double list_front_ = 0.0;  // where the list begins, and a point of the tile's middle ray there
   Vec3d tile_anchor_;
   int staged_ = 0;

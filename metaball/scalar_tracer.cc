@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <type_traits>
 #include <vector>
 
@@ -11,13 +10,10 @@ template <ThresholdMode kMode, class Real, class Shape>
 void TraceTile(const TraceJob& job, int tile, TraceCounts* counts, const Shape& shape) {
   const TileList list = job.ListOf(tile);
   Frame& frame = *job.frame;
-  const int x0 = tile % job.bins->tiles_x() * kTileSize;
-  const int y0 = tile / job.bins->tiles_x() * kTileSize;
-  const int x1 = std::min(x0 + kTileSize, frame.width);
-  const int y1 = std::min(y0 + kTileSize, frame.height);
+  const PixelBox pixels = job.bins->PixelsOf(tile);
   const Rgb8* colors = job.cloud->color.empty() ? nullptr : job.cloud->color.data();
-  for (int y = y0; y < y1; ++y) {
-    for (int x = x0; x < x1; ++x) {
+  for (int y = pixels.y0; y < pixels.y1; ++y) {
+    for (int x = pixels.x0; x < pixels.x1; ++x) {
       const RayD ray = RayThrough(job.camera, x + 0.5, y + 0.5);
       const TileHit hit = MarchTile<kMode, Real>(list, shape, ray, &counts->rays);
       if (counts->rays.crowded > 0) return;

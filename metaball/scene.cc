@@ -19,4 +19,11 @@ ThresholdMode ParseThresholdMode(const std::string& name) {
                    "use uniform, blended, summed or gated");
 }
 
+Scene SceneOf(const CloudInput& input, double threshold) {
+  Scene scene;
+  scene.cloud = std::make_shared<Cloud>(BuildCloud(input));
+  scene.surface.threshold = threshold;
+  return scene;
+}
+
 }  // namespace sherd

@@ -50,4 +50,8 @@ struct Scene {
   Appearance appearance;
 };
 
+// These metaballs with one threshold, all else as it is where nothing is asked for. Throws as
+// BuildCloud does.
+Scene SceneOf(const CloudInput& input, double threshold = 0.7);
+
 }  // namespace sherd

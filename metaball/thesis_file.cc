@@ -58,15 +58,20 @@ void AppendNumber(std::string* text, float value) {
   text->append(buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr);
 }
 
+// Of a file that is open as `in`.
+std::uint64_t SizeOf(const std::string& path, const std::ifstream& in) {
+  std::error_code code;
+  const std::uint64_t size = std::filesystem::file_size(path, code);
+  if (!in || code) {
+    throw InputError(path, "", "cannot be opened", "check the name and the permissions");
+  }
+  return size;
+}
+
 class BinaryReader {
  public:
-  explicit BinaryReader(const std::string& path) : path_(path), in_(path, std::ios::binary) {
-    std::error_code code;
-    size_ = std::filesystem::file_size(path, code);
-    if (!in_ || code) {
-      throw InputError(path, "", "cannot be opened", "check the name and the permissions");
-    }
-  }
+  explicit BinaryReader(const std::string& path)
+      : path_(path), in_(path, std::ios::binary), size_(SizeOf(path, in_)) {}
 
   ThesisFile Read() {
     ThesisFile file;
@@ -146,13 +151,8 @@ class BinaryReader {
 
 class TextFileReader {
  public:
-  explicit TextFileReader(const std::string& path) : path_(path), in_(path, std::ios::binary) {
-    std::error_code code;
-    size_ = std::filesystem::file_size(path, code);
-    if (!in_ || code) {
-      throw InputError(path, "", "cannot be opened", "check the name and the permissions");
-    }
-  }
+  explicit TextFileReader(const std::string& path)
+      : path_(path), in_(path, std::ios::binary), size_(SizeOf(path, in_)) {}
 
   ThesisFile Read() {
     ThesisFile file;

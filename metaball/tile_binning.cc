@@ -87,6 +87,8 @@ void TileBins::ForEachTile(std::size_t begin, std::size_t end, const Visit& visi
 void TileBins::Build(const Cloud& cloud, float radius_scale, const ViewF& view, int threads,
                      const Control& control) {
   const std::size_t n = cloud.size();
+  width_ = view.width;
+  height_ = view.height;
   tiles_x_ = (view.width + kTileSize - 1) / kTileSize;
   tiles_y_ = (view.height + kTileSize - 1) / kTileSize;
   const std::size_t tiles = static_cast<std::size_t>(tiles_x_) * tiles_y_;

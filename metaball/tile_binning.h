@@ -2,6 +2,7 @@
 // need no spatial index, and radius, threshold or camera may change from frame to frame.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -24,6 +25,11 @@ class TileBins {
 
   int tiles_x() const { return tiles_x_; }
   int tiles_y() const { return tiles_y_; }
+  // A tile's pixels that the picture has.
+  PixelBox PixelsOf(int tile) const {
+    const int x0 = tile % tiles_x_ * kTileSize, y0 = tile / tiles_x_ * kTileSize;
+    return {x0, y0, std::min(x0 + kTileSize, width_), std::min(y0 + kTileSize, height_)};
+  }
   // The metaballs that a tile may see, nearest front first; fronts are >= 0.
   const TileEntry* list(int tile) const { return entries_.data() + begin_[tile]; }
   int count(int tile) const { return static_cast<int>(begin_[tile + 1] - begin_[tile]); }
@@ -40,6 +46,7 @@ class TileBins {
   template <class Visit>
   void ForEachTile(std::size_t begin, std::size_t end, const Visit& visit) const;
 
+  int width_ = 0, height_ = 0;  // pixels
   int tiles_x_ = 0, tiles_y_ = 0;
   std::uint64_t metaballs_in_view_ = 0;
   std::vector<float> front_;          // n

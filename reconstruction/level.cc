@@ -1,10 +1,10 @@
 #include "reconstruction/level.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "metaball/error.h"
+#include "metaball/stopwatch.h"
 #include "reconstruction/downsample.h"
 #include "reconstruction/memory.h"
 #include "reconstruction/parallel.h"
@@ -132,7 +132,7 @@ std::vector<T> Permuted(const std::vector<T>& from, const std::vector<std::uint3
 
 Level BuildLevel(const PreparedPoints& prepared, const Survey& survey, const LevelOptions& options,
                  const Control& control) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const SurveyPoints& points = prepared.points;
   const std::size_t n = points.size();
   if (options.target_count == 0) {
@@ -212,7 +212,7 @@ Level BuildLevel(const PreparedPoints& prepared, const Survey& survey, const Lev
   stats.radius_median = *middle;
   stats.radius_min = *std::min_element(r.begin(), r.end());
   stats.radius_max = *std::max_element(r.begin(), r.end());
-  stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  stats.seconds = watch.Seconds();
   control.Report("level built", 1.0);
   return level;
 }

@@ -1,11 +1,11 @@
 #include "reconstruction/photo_colors.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 
 #include "metaball/error.h"
+#include "metaball/stopwatch.h"
 #include "reconstruction/parallel.h"
 #include "reconstruction/photo_exposure.h"
 #include "reconstruction/photo_set.h"
@@ -215,7 +215,7 @@ class Coloring {
 
 PhotoColorStats ColorFromPhotographs(const Survey& survey, const PhotoColorOptions& options,
                                      Level* level, const Control& control) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const std::size_t n = level->cloud.size();
   if (level->photo_begin.size() != n + 1) {
     throw InputError("", "",
@@ -237,13 +237,8 @@ PhotoColorStats ColorFromPhotographs(const Survey& survey, const PhotoColorOptio
   coloring.Color(&stats);
   stats.photos_used = photos.used();
   stats.photos_unreadable = photos.unreadable();
-  if (!photos.problems().empty()) {
-    const std::size_t count = photos.problems().size();
-    stats.warnings.push_back(std::to_string(count) + (count == 1 ? " photograph" : " photographs") +
-                             " could not be used: " + photos.problems().front() +
-                             (count > 1 ? " (and others)" : ""));
-  }
-  stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!photos.problems().empty()) stats.warnings.push_back(photos.Warning());
+  stats.seconds = watch.Seconds();
   return stats;
 }
 

@@ -93,4 +93,11 @@ std::uint64_t PhotoSet::unreadable() const {
   return count;
 }
 
+std::string PhotoSet::Warning() const {
+  const std::size_t count = problems_.size();
+  if (count == 0) return "";
+  return std::to_string(count) + (count == 1 ? " photograph" : " photographs") +
+         " could not be used: " + problems_.front() + (count > 1 ? " (and others)" : "");
+}
+
 }  // namespace sherd

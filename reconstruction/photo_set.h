@@ -42,6 +42,8 @@ class PhotoSet {
   void ClearUsed() { used_.assign(views_.size(), false); }
   std::uint64_t unreadable() const;
   const std::vector<std::string>& problems() const { return problems_; }  // one line each
+  // The problems in one line for whoever asked for the photographs; empty where there are none.
+  std::string Warning() const;
   std::size_t MemoryBytes() const { return store_.MemoryBytes(); }
 
  private:

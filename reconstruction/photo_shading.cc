@@ -1,12 +1,12 @@
 // Deferred shading of a finished frame from the photographs.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <list>
 #include <memory>
 
 #include "metaball/error.h"
 #include "metaball/local_view.h"
+#include "metaball/stopwatch.h"
 #include "reconstruction/parallel.h"
 #include "reconstruction/photo_exposure.h"
 #include "reconstruction/photo_selection.h"
@@ -312,7 +312,7 @@ PhotographShader::PhotographShader(PhotographShader&&) noexcept = default;
 PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& surface,
                                           const Camera& camera, const Lighting& lighting,
                                           Frame* frame, const Control& control) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const std::size_t pixels = frame->color.size();
   if (frame->depth.size() != pixels || frame->normal.size() != pixels ||
       frame->id.size() != pixels || frame->width != camera.width ||
@@ -379,13 +379,8 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
   }
   stats.photos_used = photos.used();
   stats.photos_unreadable = photos.unreadable();
-  if (!photos.problems().empty()) {
-    const std::size_t n = photos.problems().size();
-    stats.warnings.push_back(std::to_string(n) + (n == 1 ? " photograph" : " photographs") +
-                             " could not be used: " + photos.problems().front() +
-                             (n > 1 ? " (and others)" : ""));
-  }
-  stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (!photos.problems().empty()) stats.warnings.push_back(photos.Warning());
+  stats.seconds = watch.Seconds();
   return stats;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -15,6 +14,7 @@
 #include "app/project/project_lock.h"
 #include "metaball/atomic_file.h"
 #include "metaball/error.h"
+#include "metaball/stopwatch.h"
 #include "reconstruction/folder_scan.h"
 
 namespace sherd {
@@ -214,7 +214,7 @@ class Run {
   }
 
   double RunStage(const Stage& stage, const Control& control) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     std::error_code error;
     if (stage.name == "features") {
       // Features of other options, or of an extraction that was cut off, must not stay.
@@ -239,7 +239,7 @@ class Run {
       fs::rename(Path(stage.part), Path(stage.result), error);
       if (error) throw OutputError(Path(stage.result), "cannot be made: " + error.message());
     }
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return watch.Seconds();
   }
 
   void RunCommand(const Stage& stage, const std::vector<std::string>& command,

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <set>
@@ -13,6 +12,7 @@
 #include "app/project/view.h"
 #include "metaball/error.h"
 #include "metaball/metaball_file.h"
+#include "metaball/stopwatch.h"
 #include "reconstruction/photo_colors.h"
 #include "reconstruction/similarity.h"
 
@@ -20,10 +20,6 @@ namespace sherd {
 namespace {
 
 namespace fs = std::filesystem;
-
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // NAME.EXT in `folder`, or NAME-2.EXT, ... : the first that does not exist.
 fs::path FreeName(const fs::path& folder, const std::string& name, const std::string& extension) {
@@ -115,7 +111,7 @@ double ScaleOf(const KnownDistance& distance) {
 
 Project ImportSurvey(const ImportOptions& options, const std::string& project_path,
                      const Control& control) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   if (options.metres_per_unit &&
       !(*options.metres_per_unit > 0 && *options.metres_per_unit < INFINITY)) {
     throw InputError("", "", "the scale must be a positive number of metres per unit");
@@ -198,7 +194,7 @@ Project ImportSurvey(const ImportOptions& options, const std::string& project_pa
   WriteOutlineFile(outline_file.path().string(),
                    SamplePoints(survey.points.position, project.bounds_));
   control.ThrowIfStopped();
-  summary.seconds = SecondsSince(start);
+  summary.seconds = watch.Seconds();
   project.SaveLocked();
   survey_file.Keep();
   outline_file.Keep();

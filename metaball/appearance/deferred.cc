@@ -1,7 +1,6 @@
 #include "metaball/appearance/deferred.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -13,6 +12,7 @@
 #include "metaball/appearance/surface_pass.h"
 #include "metaball/error.h"
 #include "metaball/parallel.h"
+#include "metaball/stopwatch.h"
 #include "metaball/supersample.h"
 
 namespace sherd {
@@ -54,10 +54,6 @@ void CheckLight(const Light& light) {
   if (light.kind == LightKind::kPoint && !IsFinite(light.position)) {
     throw Error("a light's position must be finite");
   }
-}
-
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 // Planes that only the passes wanted are given back.
@@ -120,7 +116,7 @@ Frame RenderFiltered(Renderer* renderer, const Scene& scene, const Camera& camer
   const int width = camera.width, height = camera.height;
   const Camera wider = camera.Cropped(-reach, -reach, width + 2 * reach, height + 2 * reach);
   Frame frame = renderer->Render(unfiltered, wider, settings, control);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   BoxFilter(frame.width, frame.height, size, &frame.color, settings.threads);
   const auto crop = [&](auto* plane, int components) {
     if (plane->empty()) return;
@@ -143,7 +139,7 @@ Frame RenderFiltered(Renderer* renderer, const Scene& scene, const Camera& camer
   for (UvPlane& plane : frame.uv) crop(&plane.values, 1);
   frame.width = width;
   frame.height = height;
-  frame.stats.seconds_total += SecondsSince(start);
+  frame.stats.seconds_total += watch.Seconds();
   return frame;
 }
 
@@ -234,11 +230,11 @@ Frame RenderDeferred(Renderer* renderer, const Scene& scene, const Camera& camer
   RenderSettings all = settings;
   all.planes = PlanesNeeded(scene, settings.planes);
   Frame frame = renderer->Render(plain, camera, all, control);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   if (!scene.cloud->empty()) ShadeFrame(scene, camera, settings.threads, control, &frame);
   KeepPlanes(settings.planes, &frame);
-  frame.stats.seconds_trace += SecondsSince(start);
-  frame.stats.seconds_total += SecondsSince(start);
+  frame.stats.seconds_trace += watch.Seconds();
+  frame.stats.seconds_total += watch.Seconds();
   return frame;
 }
 

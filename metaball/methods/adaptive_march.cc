@@ -8,14 +8,13 @@
 // they are dense.
 #include <algorithm>
 
-#include "metaball/methods/ray_method.h"
+#include "metaball/methods/step_march.h"
 
 namespace sherd {
 namespace {
 
 // Bounds of a step, in MethodOptions::step.
 constexpr double kShortest = 0.125, kLongest = 4.0;
-constexpr int kMaxSteps = 100000;
 
 class AdaptiveMarch final : public RayMethod {
  public:
@@ -24,24 +23,13 @@ class AdaptiveMarch final : public RayMethod {
   void Prepare(const MethodSurface&) override {}
 
   std::optional<double> FirstCrossing(RayField* field, RayCounts* counts) const override {
-    double t = 0;
-    for (int steps = 0; field->Seek(&t); ++steps) {
-      if (steps == kMaxSteps) {
-        ++counts->unresolved;
-        break;
-      }
-      const double width = BracketAt(*field, options_.tolerance, t);
+    return MarchBySteps(field, options_.tolerance, counts, [&](double t) {
       const double unit = options_.step * field->smallest();
       double rate = 0;
       const double excess = field->ExcessAndRate(t, &rate);
-      if (steps == 0 && excess >= 0) return t;
       const double reach = rate > 0 ? -excess / rate : kLongest * unit;
-      const double next = t + std::max(std::clamp(reach, kShortest * unit, kLongest * unit), width);
-      field->Cover(next);
-      if (field->Excess(next) >= 0) return Bisect(*field, t, next, width);
-      t = next;
-    }
-    return std::nullopt;
+      return std::clamp(reach, kShortest * unit, kLongest * unit);
+    });
   }
 
  private:

@@ -6,14 +6,10 @@
 // thin parts vanish, and what is hit lies behind; no step is small enough for all scenes, and time
 // grows with its inverse. Metaballs much smaller than others are found by chance only where they
 // come into the list after the step over them.
-#include <algorithm>
-
-#include "metaball/methods/ray_method.h"
+#include "metaball/methods/step_march.h"
 
 namespace sherd {
 namespace {
-
-constexpr int kMaxSteps = 100000;
 
 class FixedMarch final : public RayMethod {
  public:
@@ -22,20 +18,8 @@ class FixedMarch final : public RayMethod {
   void Prepare(const MethodSurface&) override {}
 
   std::optional<double> FirstCrossing(RayField* field, RayCounts* counts) const override {
-    double t = 0;
-    for (int steps = 0; field->Seek(&t); ++steps) {
-      if (steps == kMaxSteps) {
-        ++counts->unresolved;
-        break;
-      }
-      if (steps == 0 && field->Excess(t) >= 0) return t;
-      const double width = BracketAt(*field, options_.tolerance, t);
-      const double next = t + std::max(options_.step * field->smallest(), width);
-      field->Cover(next);
-      if (field->Excess(next) >= 0) return Bisect(*field, t, next, width);
-      t = next;
-    }
-    return std::nullopt;
+    return MarchBySteps(field, options_.tolerance, counts,
+                        [&](double) { return options_.step * field->smallest(); });
   }
 
  private:

@@ -35,6 +35,9 @@ std::unique_ptr<RayMethod> MakePolynomial(const MethodOptions& options);
 std::unique_ptr<Renderer> MakeRayMethodRenderer(std::string name,
                                                 std::unique_ptr<RayMethod> method);
 
+// Steps along a ray after which a method gives it up as unresolved.
+inline constexpr int kMaxSteps = 100000;
+
 // Narrows [t0, t1], where t0 lies outside and t1 inside, to `width` and returns its end, which lies
 // inside.
 double Bisect(const RayField& field, double t0, double t1, double width);

@@ -1,14 +1,14 @@
-#include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <utility>
 #include <vector>
 
 #include "metaball/error.h"
-#include "metaball/local_view.h"
-#include "metaball/methods/frame_work.h"
+#include "metaball/frame_work.h"
 #include "metaball/methods/hit_pixel.h"
 #include "metaball/methods/ray_method.h"
 #include "metaball/parallel.h"
+#include "metaball/stopwatch.h"
 #include "metaball/supersample.h"
 #include "metaball/tile_binning.h"
 
@@ -27,7 +27,6 @@ class RayMethodRenderer final : public Renderer {
                const Control& control) override {
     CheckRenderInput(scene, camera, settings);
     const MethodSurface surface = MethodSurfaceOf(scene);
-    const ResolvedDensity& density = surface.density.resolved;
     method_->Prepare(surface);
     if (settings.supersample > 1) {
       return RenderSupersampled(this, scene, camera, settings, control);
@@ -40,23 +39,9 @@ class RayMethodRenderer final : public Renderer {
     frame.stats.metaballs = cloud.size();
     frame.stats.rays = frame.color.size();
     if (!cloud.empty()) {
-      TraceJob job;
-      job.cloud = &cloud;
-      job.camera = LocalCamera(camera, cloud.frame);
-      job.bins = &bins_;
-      job.light = PrepareLight(scene.lighting);
-      job.shape = density.shape;
-      job.mode = surface.mode;
-      job.threshold = surface.threshold;
-      job.radius_scale = scene.surface.radius_scale * density.support;
-      job.frame = &frame;
-      const Stopwatch bin;
-      bins_.Build(cloud, static_cast<float>(job.radius_scale), ViewOf(job.camera), settings.threads,
-                  control);
-      frame.stats.seconds_bin = bin.Seconds();
-      frame.stats.metaballs_in_view = bins_.metaballs_in_view();
-      frame.stats.tile_entries = bins_.entries();
-      frame.stats.bytes = bins_.MemoryBytes();
+      TraceJob job = JobOf(scene, camera, &bins_, &frame);
+      job.threshold_scale = 1.0;  // the methods' densities have their own amplitudes
+      BinMetaballs(job, settings.threads, control, &bins_, &frame.stats);
       const Stopwatch trace;
       Trace(job, surface, settings.threads, control);
       frame.stats.seconds_trace = trace.Seconds();
@@ -66,10 +51,7 @@ class RayMethodRenderer final : public Renderer {
   }
 
  private:
-  std::string DeviceFor(int threads) const {
-    const int count = ThreadCount(threads);
-    return std::to_string(count) + (count == 1 ? " thread, " : " threads, ") + name_;
-  }
+  std::string DeviceFor(int threads) const { return ThreadsAnd(threads, name_); }
 
   void Trace(const TraceJob& job, const MethodSurface& surface, int threads,
              const Control& control) const {
@@ -84,12 +66,11 @@ class RayMethodRenderer final : public Renderer {
     ParallelFor(tiles, threads, [&](std::int64_t tile, int worker_idx) {
       Worker& worker = workers[worker_idx];
       const TileList list = job.ListOf(static_cast<int>(tile));
-      const int x0 = static_cast<int>(tile) % bins_.tiles_x() * kTileSize;
-      const int y0 = static_cast<int>(tile) / bins_.tiles_x() * kTileSize;
-      const int y1 = list.count > 0 ? std::min(y0 + kTileSize, frame.height) : y0;
-      for (int y = y0; y < y1; ++y) {
+      const PixelBox pixels = bins_.PixelsOf(static_cast<int>(tile));
+      const int y1 = list.count > 0 ? pixels.y1 : pixels.y0;
+      for (int y = pixels.y0; y < y1; ++y) {
         control.ThrowIfStopped();
-        for (int x = x0; x < std::min(x0 + kTileSize, frame.width); ++x) {
+        for (int x = pixels.x0; x < pixels.x1; ++x) {
           const RayD ray = RayThrough(job.camera, x + 0.5, y + 0.5);
           worker.field.Start(list, ray, surface);
           const std::optional<double> depth =

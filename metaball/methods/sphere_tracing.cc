@@ -31,7 +31,6 @@ namespace {
 
 // The longest step, in radii: what is further away need not enter L.
 constexpr double kStretch = 0.5;
-constexpr int kMaxSteps = 100000;
 
 // The largest |d shape / d x| for x in [0, 1].
 double SteepestOf(const DensityShape& shape) {

@@ -7,9 +7,10 @@
 #include <vector>
 
 #include "metaball/error.h"
+#include "metaball/frame_work.h"
 #include "metaball/local_view.h"
-#include "metaball/methods/frame_work.h"
 #include "metaball/parallel.h"
+#include "metaball/stopwatch.h"
 #include "metaball/supersample.h"
 #include "metaball/thesis/thesis_search.h"
 #include "metaball/trace_job.h"
@@ -55,9 +56,7 @@ class ThesisRenderer final : public Renderer {
   static constexpr int kBlock = 16;  // pixels a side of what a thread takes at once
 
   std::string DeviceFor(int threads) const {
-    const int count = ThreadCount(threads);
-    return std::to_string(count) + (count == 1 ? " thread" : " threads") +
-           ", thesis, octree depth " + std::to_string(options_.depth);
+    return ThreadsAnd(threads, "thesis, octree depth " + std::to_string(options_.depth));
   }
 
   void BuildOctree(const Scene& scene, const Control& control) {

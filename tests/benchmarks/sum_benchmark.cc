@@ -5,11 +5,9 @@
 //   sherd_sum_benchmark [--repeat 5] [--json FILE]
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <climits>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -17,11 +15,13 @@
 
 #include "datasets_synthetic/random.h"
 #include "metaball/frame_difference.h"
-#include "metaball/local_view.h"
+#include "metaball/frame_work.h"
 #include "metaball/renderer.h"
+#include "metaball/stopwatch.h"
 #include "metaball/supersample.h"
 #include "metaball/tile_binning.h"
 #include "sum_tracers.h"
+#include "tests/benchmarks/benchmark_main.h"
 
 namespace sherd {
 namespace {
@@ -114,29 +114,16 @@ std::vector<Case> MakeCases() {
 
 // A frame's tiles, one after another on this thread.
 Frame Draw(const Case& what, const TileBins& bins, Sums sums, double* seconds) {
-  const Scene& scene = what.scene;
-  const ResolvedDensity density = ResolveDensity(scene.surface.density);
   Frame frame = MakeFrame(what.camera, {.depth = true, .normal = true, .id = true});
-  TraceJob job;
-  job.cloud = scene.cloud.get();
-  job.camera = LocalCamera(what.camera, scene.cloud->frame);
-  job.bins = &bins;
-  job.light = PrepareLight(scene.lighting);
-  job.shape = density.shape;
-  job.threshold = scene.surface.threshold;
-  job.threshold_scale = 1 / density.amplitude;
-  job.radius_scale = density.support;
+  TraceJob job = JobOf(what.scene, what.camera, &bins, &frame);
   job.float_overlap = INT_MAX;  // floats are what is measured
-  job.frame = &frame;
   TraceCounts counts;
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   for (int tile = 0; tile < bins.tiles_x() * bins.tiles_y(); ++tile) {
     if (bins.count(tile) > 0) TraceWithSums(job, sums, tile, &counts);
   }
-  *seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  frame.stats.hits = counts.hits;
-  frame.stats.grazing = counts.rays.grazing;
-  frame.stats.unresolved = counts.rays.unresolved;
+  *seconds = watch.Seconds();
+  AddCounts(counts, &frame.stats);
   return frame;
 }
 
@@ -144,9 +131,8 @@ nlohmann::json Measure(const Case& what, int repeat) {
   const Scene& scene = what.scene;
   const ReferenceFrame reference = ReferenceRender(scene, what.camera);
   TileBins bins;
-  const double scale = ResolveDensity(scene.surface.density).support;
-  bins.Build(*scene.cloud, static_cast<float>(scale),
-             ViewOf(LocalCamera(what.camera, scene.cloud->frame)), 0, {});
+  RenderStats unused;
+  BinMetaballs(JobOf(scene, what.camera, &bins, nullptr), 0, {}, &bins, &unused);
   std::printf("%s\n", what.name.c_str());
   constexpr const char* kNames[] = {"floats", "compensated floats", "doubles"};
   constexpr Sums kSums[] = {Sums::kPlain, Sums::kCompensated, Sums::kDouble};
@@ -198,13 +184,13 @@ int Run(int argc, char** argv) {
   for (const Case& what : MakeCases()) {
     for (auto& row : Measure(what, repeat)) rows.push_back(row);
   }
-  if (!json.empty()) {
-    std::ofstream(json) << nlohmann::json{{"repeat", repeat}, {"rows", rows}}.dump(1) << "\n";
-  }
+  benchmarks::WriteJson(json, nlohmann::json{{"repeat", repeat}, {"rows", rows}});
   return 0;
 }
 
 }  // namespace
 }  // namespace sherd
 
-int main(int argc, char** argv) { return sherd::Run(argc, argv); }
+int main(int argc, char** argv) {
+  return sherd::benchmarks::RunMain("sherd_sum_benchmark", sherd::Run, argc, argv);
+}

@@ -35,13 +35,6 @@ CloudInput Ball(int count, double radius, double spread, int channels, std::uint
   return input;
 }
 
-Scene SceneOf(const CloudInput& input, double threshold = 0.7) {
-  Scene scene;
-  scene.cloud = std::make_shared<Cloud>(BuildCloud(input));
-  scene.surface.threshold = threshold;
-  return scene;
-}
-
 class Builder {
  public:
   Builder(std::uint64_t count, int width, int height)

@@ -1,0 +1,18 @@
+// Wall clock from its making on.
+#pragma once
+
+#include <chrono>
+
+namespace sherd {
+
+class Stopwatch {
+ public:
+  double Seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace sherd
