@@ -7,11 +7,8 @@
 // What is compared, and where, is described in docs/fidelity.md.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -24,6 +21,7 @@
 #include "reconstruction/photo_view.h"
 #include "reconstruction/photographs.h"
 #include "reconstruction/workspace.h"
+#include "tests/benchmarks/benchmark_main.h"
 #include "tests/benchmarks/picture_metrics.h"
 
 namespace sherd::benchmarks {
@@ -260,14 +258,14 @@ int Run(int argc, char** argv) {
     }
   }
   if (!options.json.empty()) {
-    Json json = {{"workspace", std::filesystem::path(options.workspace).filename().string()},
-                 {"sources", options.sources},
-                 {"source_photographs", survey.photographs.size() - shading.leave_out.size()},
-                 {"side", options.side},
-                 {"dense_pixel_offset", survey.dense_pixel_offset},
-                 {"high_pass_sigma", kHighPassSigma},
-                 {"rows", std::move(rows)}};
-    std::ofstream(options.json) << json.dump(1) << "\n";
+    const Json json = {{"workspace", std::filesystem::path(options.workspace).filename().string()},
+                       {"sources", options.sources},
+                       {"source_photographs", survey.photographs.size() - shading.leave_out.size()},
+                       {"side", options.side},
+                       {"dense_pixel_offset", survey.dense_pixel_offset},
+                       {"high_pass_sigma", kHighPassSigma},
+                       {"rows", std::move(rows)}};
+    WriteJson(options.json, json);
   }
   return 0;
 }
@@ -276,10 +274,5 @@ int Run(int argc, char** argv) {
 }  // namespace sherd::benchmarks
 
 int main(int argc, char** argv) {
-  try {
-    return sherd::benchmarks::Run(argc, argv);
-  } catch (const sherd::Error& error) {
-    std::cerr << "sherd_fidelity_benchmark: " << error.what() << "\n";
-    return 2;
-  }
+  return sherd::benchmarks::RunMain("sherd_fidelity_benchmark", sherd::benchmarks::Run, argc, argv);
 }

@@ -9,8 +9,6 @@
 // surface.
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <fstream>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -18,6 +16,7 @@
 #include "datasets_synthetic/excavation.h"
 #include "metaball/parallel.h"
 #include "metaball/renderer.h"
+#include "tests/benchmarks/benchmark_main.h"
 #include "tests/benchmarks/excavation_views.h"
 
 namespace sherd {
@@ -103,16 +102,12 @@ int Run(int argc, char** argv) {
               options.level.c_str(), static_cast<unsigned long long>(level->cloud.size()),
               static_cast<unsigned long long>(total.visible),
               static_cast<unsigned long long>(total.empty + total.through), 100 * share);
-  if (!options.json.empty()) {
-    std::ofstream(options.json) << nlohmann::json{{"level", options.level},
-                                                  {"metaballs", level->cloud.size()},
-                                                  {"visible", total.visible},
-                                                  {"empty", total.empty},
-                                                  {"through", total.through},
-                                                  {"missed_share", share}}
-                                       .dump(1)
-                                << "\n";
-  }
+  benchmarks::WriteJson(options.json, nlohmann::json{{"level", options.level},
+                                                     {"metaballs", level->cloud.size()},
+                                                     {"visible", total.visible},
+                                                     {"empty", total.empty},
+                                                     {"through", total.through},
+                                                     {"missed_share", share}});
   return 0;
 }
 
@@ -120,10 +115,5 @@ int Run(int argc, char** argv) {
 }  // namespace sherd
 
 int main(int argc, char** argv) {
-  try {
-    return sherd::Run(argc, argv);
-  } catch (const sherd::Error& error) {
-    std::cerr << "sherd_hole_benchmark: " << error.what() << "\n";
-    return 2;
-  }
+  return sherd::benchmarks::RunMain("sherd_hole_benchmark", sherd::Run, argc, argv);
 }

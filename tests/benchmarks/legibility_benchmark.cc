@@ -9,8 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -24,6 +22,7 @@
 #include "reconstruction/photo_view.h"
 #include "reconstruction/photographs.h"
 #include "reconstruction/workspace.h"
+#include "tests/benchmarks/benchmark_main.h"
 #include "tests/benchmarks/chart.h"
 #include "tests/benchmarks/row_reader.h"
 
@@ -99,10 +98,6 @@ PhotoShadingStats ShadeLevel(const Survey& survey, const Level& level, const Cam
   Lighting unlit;
   unlit.unlit = true;
   return PhotographShader(survey, options).Shade(level, surface, camera, unlit, frame);
-}
-
-void WriteJson(const std::string& path, const Json& json) {
-  if (!path.empty()) std::ofstream(path) << json.dump(1) << "\n";
 }
 
 // ---- The chart: a sheet of 2 x 2 world units in z = 0, its upper left corner at (-1, 1). --------
@@ -441,10 +436,6 @@ int Run(int argc, char** argv) {
 }  // namespace sherd::benchmarks
 
 int main(int argc, char** argv) {
-  try {
-    return sherd::benchmarks::Run(argc, argv);
-  } catch (const sherd::Error& error) {
-    std::cerr << "sherd_legibility_benchmark: " << error.what() << "\n";
-    return 2;
-  }
+  return sherd::benchmarks::RunMain("sherd_legibility_benchmark", sherd::benchmarks::Run, argc,
+                                    argv);
 }

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -16,6 +15,7 @@
 #include "metaball/cpu_renderer.h"
 #include "metaball/frame_difference.h"
 #include "povray.h"
+#include "tests/benchmarks/benchmark_main.h"
 
 namespace sherd {
 namespace {
@@ -136,14 +136,13 @@ int Run(int argc, char** argv) {
     rows.push_back(Measure("height field", MakeHeightField(size), options));
     rows.push_back(Measure("shell", MakeShell(size), options));
   }
-  if (!options.json.empty()) {
-    std::ofstream(options.json)
-        << nlohmann::json{{"threads", options.threads}, {"rows", rows}}.dump(1) << "\n";
-  }
+  benchmarks::WriteJson(options.json, nlohmann::json{{"threads", options.threads}, {"rows", rows}});
   return 0;
 }
 
 }  // namespace
 }  // namespace sherd
 
-int main(int argc, char** argv) { return sherd::Run(argc, argv); }
+int main(int argc, char** argv) {
+  return sherd::benchmarks::RunMain("sherd_peer_benchmark", sherd::Run, argc, argv);
+}

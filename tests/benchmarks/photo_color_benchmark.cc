@@ -7,15 +7,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <fstream>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "metaball/error.h"
 #include "reconstruction/level.h"
 #include "reconstruction/photo_colors.h"
 #include "reconstruction/workspace.h"
+#include "tests/benchmarks/benchmark_main.h"
 
 namespace sherd::benchmarks {
 namespace {
@@ -60,19 +58,15 @@ int Run(int argc, char** argv) {
       static_cast<unsigned long long>(stats.samples),
       static_cast<unsigned long long>(stats.photos_used), median, repeat, seconds.front(),
       PeakMib(), before, options.memory_mb);
-  if (!json.empty()) {
-    std::ofstream(json) << nlohmann::ordered_json{{"metaballs", level.cloud.size()},
-                                                  {"colored", stats.colored},
-                                                  {"samples", stats.samples},
-                                                  {"photographs", stats.photos_used},
-                                                  {"seconds", seconds},
-                                                  {"seconds_median", median},
-                                                  {"peak_mib", PeakMib()},
-                                                  {"peak_before_mib", before},
-                                                  {"budget_mib", options.memory_mb}}
-                               .dump(1)
-                        << "\n";
-  }
+  WriteJson(json, nlohmann::ordered_json{{"metaballs", level.cloud.size()},
+                                         {"colored", stats.colored},
+                                         {"samples", stats.samples},
+                                         {"photographs", stats.photos_used},
+                                         {"seconds", seconds},
+                                         {"seconds_median", median},
+                                         {"peak_mib", PeakMib()},
+                                         {"peak_before_mib", before},
+                                         {"budget_mib", options.memory_mb}});
   return 0;
 }
 
@@ -80,10 +74,6 @@ int Run(int argc, char** argv) {
 }  // namespace sherd::benchmarks
 
 int main(int argc, char** argv) {
-  try {
-    return sherd::benchmarks::Run(argc, argv);
-  } catch (const sherd::Error& error) {
-    std::cerr << "sherd_photo_color_benchmark: " << error.what() << "\n";
-    return 2;
-  }
+  return sherd::benchmarks::RunMain("sherd_photo_color_benchmark", sherd::benchmarks::Run, argc,
+                                    argv);
 }

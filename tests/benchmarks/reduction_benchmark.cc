@@ -6,17 +6,16 @@
 // Memory is the growth of the process's peak over what it held when the step began, beside the
 // bytes of the survey's points.
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cmath>
 #include <fstream>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 
-#include "metaball/error.h"
+#include "metaball/stopwatch.h"
 #include "reconstruction/level.h"
 #include "reconstruction/reduction.h"
+#include "tests/benchmarks/benchmark_main.h"
 
 namespace sherd {
 namespace {
@@ -39,10 +38,10 @@ template <class Step>
 Cost Measure(const Step& step) {
   std::ofstream("/proc/self/clear_refs") << "5";  // the peak begins here
   const std::uint64_t before = StatusBytes("VmRSS:");
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   step();
   Cost cost;
-  cost.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  cost.seconds = watch.Seconds();
   const std::uint64_t peak = StatusBytes("VmHWM:");
   cost.bytes = peak > before ? peak - before : 0;
   return cost;
@@ -106,14 +105,10 @@ int Run(int argc, char** argv) {
       options.nested = false;
     }
   }
-  if (!json.empty()) {
-    std::ofstream(json) << nlohmann::json{{"points", survey.points.size()},
-                                          {"input_bytes", survey.points.MemoryBytes()},
-                                          {"target", options.target_count},
-                                          {"steps", std::move(steps)}}
-                               .dump(1)
-                        << "\n";
-  }
+  benchmarks::WriteJson(json, nlohmann::json{{"points", survey.points.size()},
+                                             {"input_bytes", survey.points.MemoryBytes()},
+                                             {"target", options.target_count},
+                                             {"steps", std::move(steps)}});
   return 0;
 }
 
@@ -121,10 +116,5 @@ int Run(int argc, char** argv) {
 }  // namespace sherd
 
 int main(int argc, char** argv) {
-  try {
-    return sherd::Run(argc, argv);
-  } catch (const sherd::Error& error) {
-    std::cerr << "sherd_reduction_benchmark: " << error.what() << "\n";
-    return 2;
-  }
+  return sherd::benchmarks::RunMain("sherd_reduction_benchmark", sherd::Run, argc, argv);
 }

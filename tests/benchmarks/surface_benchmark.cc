@@ -11,8 +11,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -20,9 +18,9 @@
 
 #include "app/project/project.h"
 #include "datasets_synthetic/excavation.h"
-#include "metaball/error.h"
 #include "metaball/parallel.h"
 #include "metaball/renderer.h"
+#include "tests/benchmarks/benchmark_main.h"
 #include "tests/benchmarks/excavation_views.h"
 
 namespace sherd {
@@ -159,7 +157,7 @@ int Run(int argc, char** argv) {
   for (const std::string& level : options.levels) {
     all.push_back(Measure(project, *survey, truth, cameras, level, options.step));
   }
-  if (!options.json.empty()) std::ofstream(options.json) << all.dump(1) << "\n";
+  benchmarks::WriteJson(options.json, all);
   return 0;
 }
 
@@ -167,10 +165,5 @@ int Run(int argc, char** argv) {
 }  // namespace sherd
 
 int main(int argc, char** argv) {
-  try {
-    return sherd::Run(argc, argv);
-  } catch (const sherd::Error& error) {
-    std::cerr << "sherd_surface_benchmark: " << error.what() << "\n";
-    return 2;
-  }
+  return sherd::benchmarks::RunMain("sherd_surface_benchmark", sherd::Run, argc, argv);
 }

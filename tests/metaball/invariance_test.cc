@@ -15,17 +15,12 @@
 namespace sherd {
 namespace {
 
-struct Case {
-  CpuPath path;
-  ThresholdMode mode;
-};
-
 constexpr int kWidth = 48, kHeight = 32;
 constexpr double kRadius = 0.3, kSpread = 3.0;  // radii from 0.1 to 0.3
 // Two pictures each within the contract's 1e-4 radii of the truth.
 constexpr double kDepthTolerance = 2e-4 * kRadius / kSpread;
 
-class InvarianceTest : public ::testing::TestWithParam<Case> {
+class InvarianceTest : public ::testing::TestWithParam<testing::PathAndMode> {
  protected:
   // Calls f with every density in turn; draw with Render.
   template <class F>
@@ -198,17 +193,8 @@ TEST_P(InvarianceTest, SizeOfATile) {
   });
 }
 
-INSTANTIATE_TEST_SUITE_P(All, InvarianceTest,
-                         ::testing::Values(Case{CpuPath::kBest, ThresholdMode::kUniform},
-                                           Case{CpuPath::kBest, ThresholdMode::kBlended},
-                                           Case{CpuPath::kScalar, ThresholdMode::kUniform},
-                                           Case{CpuPath::kScalar, ThresholdMode::kBlended},
-                                           Case{CpuPath::kScalar, ThresholdMode::kSummed},
-                                           Case{CpuPath::kScalar, ThresholdMode::kGated}),
-                         [](const auto& param_info) {
-                           return (param_info.param.path == CpuPath::kBest ? "Best_" : "Scalar_") +
-                                  NameOf(param_info.param.mode);
-                         });
+INSTANTIATE_TEST_SUITE_P(All, InvarianceTest, testing::EveryPathAndMode(),
+                         testing::NameOfPathAndMode);
 
 }  // namespace
 }  // namespace sherd

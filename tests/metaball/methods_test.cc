@@ -16,18 +16,11 @@
 namespace sherd {
 namespace {
 
-Frame Render(Renderer* renderer, const Scene& scene, const Camera& camera, int supersample = 1,
-             int threads = 0) {
-  RenderSettings settings;
-  settings.planes = {true, true, true};
-  settings.supersample = supersample;
-  settings.threads = threads;
-  return renderer->Render(scene, camera, settings);
-}
+using testing::RenderPlanes;
 
 Frame RenderBy(Method method, const Scene& scene, const Camera& camera,
                const MethodOptions& options = {}) {
-  return Render(MakeMethodRenderer(method, options).get(), scene, camera);
+  return RenderPlanes(MakeMethodRenderer(method, options).get(), scene, camera);
 }
 
 FrameDifference Compare(const Frame& frame, const Scene& scene, const Camera& camera) {
@@ -327,7 +320,7 @@ TEST_P(MethodTest, KeepsTheRenderersPromises) {
   auto renderer = MakeMethodRenderer(GetParam(), {.tolerance = 1e-3, .thesis_depth = 4});
   const Scene scene = testing::SceneOf(testing::RandomBall(500, 0.15, 2, 3));
   const Camera camera = testing::FrontCamera(64, 48);
-  const Frame one = Render(renderer.get(), scene, camera, 1, 1);
+  const Frame one = RenderPlanes(renderer.get(), scene, camera, 1, 1);
   EXPECT_GT(one.stats.hits, 300u);
   EXPECT_EQ(one.stats.rays, 64u * 48);
   EXPECT_EQ(one.stats.metaballs, 500u);
@@ -344,22 +337,22 @@ TEST_P(MethodTest, KeepsTheRenderersPromises) {
     }
   }
   EXPECT_EQ(hits, one.stats.hits);
-  const Frame two = Render(renderer.get(), scene, camera, 1, 2);
+  const Frame two = RenderPlanes(renderer.get(), scene, camera, 1, 2);
   EXPECT_EQ(one.depth, two.depth);
   EXPECT_EQ(one.id, two.id);
 
-  const Frame averaged = Render(renderer.get(), scene, camera, 2);
+  const Frame averaged = RenderPlanes(renderer.get(), scene, camera, 2);
   EXPECT_EQ(averaged.width, 64);
   EXPECT_EQ(averaged.stats.rays, 4 * 64u * 48);
   EXPECT_TRUE(renderer->Render(scene, camera, {}).depth.empty());
-  EXPECT_EQ(Render(renderer.get(), testing::SceneOf({}), camera).stats.hits, 0u);
+  EXPECT_EQ(RenderPlanes(renderer.get(), testing::SceneOf({}), camera).stats.hits, 0u);
 
   std::stop_source stop;
   stop.request_stop();
   Control control;
   control.stop = stop.get_token();
   EXPECT_THROW(renderer->Render(scene, camera, {}, control), Cancelled);
-  EXPECT_EQ(Render(renderer.get(), scene, camera).depth, one.depth);
+  EXPECT_EQ(RenderPlanes(renderer.get(), scene, camera).depth, one.depth);
 }
 
 TEST_P(MethodTest, RaysThatStartInsideSaySo) {

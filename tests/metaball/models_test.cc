@@ -11,23 +11,11 @@
 namespace sherd {
 namespace {
 
-struct Case {
-  CpuPath path;
-  ThresholdMode mode;
-};
-std::string NameOf(const ::testing::TestParamInfo<Case>& info) {
-  const char* modes[] = {"Uniform", "Blended", "Summed", "Gated"};
-  return std::string(info.param.path == CpuPath::kBest ? "Best" : "Scalar") +
-         modes[static_cast<int>(info.param.mode)];
-}
-
-class ModelsTest : public ::testing::TestWithParam<Case> {
+class ModelsTest : public ::testing::TestWithParam<testing::PathAndMode> {
  protected:
   void ExpectAgreesWithReference(const Scene& scene, const Camera& camera) {
     const std::string what = TextOf(scene.surface.density);
-    RenderSettings settings;
-    settings.planes = {true, true, true};
-    const Frame frame = renderer_->Render(scene, camera, settings);
+    const Frame frame = testing::RenderPlanes(renderer_.get(), scene, camera);
     const FrameDifference d =
         CompareToReference(frame, ReferenceRender(scene, camera), scene.cloud->frame.unit);
     EXPECT_EQ(d.missed, 0u) << what << ": " << d.Describe();
@@ -76,14 +64,7 @@ TEST_P(ModelsTest, EveryDensityOnAHeightField) {
   });
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ModelsTest,
-                         ::testing::Values(Case{CpuPath::kBest, ThresholdMode::kUniform},
-                                           Case{CpuPath::kBest, ThresholdMode::kBlended},
-                                           Case{CpuPath::kScalar, ThresholdMode::kUniform},
-                                           Case{CpuPath::kScalar, ThresholdMode::kBlended},
-                                           Case{CpuPath::kScalar, ThresholdMode::kSummed},
-                                           Case{CpuPath::kScalar, ThresholdMode::kGated}),
-                         NameOf);
+INSTANTIATE_TEST_SUITE_P(All, ModelsTest, testing::EveryPathAndMode(), testing::NameOfPathAndMode);
 
 TEST(ThresholdModes, BlendedEqualsUniformWhereAllThresholdsAreEqual) {
   const PeerScene uniform = MakeHeightField(2500, 160, 90);

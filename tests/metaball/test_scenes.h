@@ -1,25 +1,25 @@
 // Small scenes the tests of the engine share.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "metaball/camera.h"
 #include "metaball/cloud.h"
+#include "metaball/cpu_renderer.h"
+#include "metaball/renderer.h"
 #include "metaball/scene.h"
 
 namespace sherd::testing {
 
-inline Scene SceneOf(const CloudInput& input, double threshold = 0.7) {
-  Scene scene;
-  scene.cloud = std::make_shared<Cloud>(BuildCloud(input));
-  scene.surface.threshold = threshold;
-  return scene;
-}
+using sherd::SceneOf;
 
 inline CloudInput OneMetaball(const Vec3d& center = {0, 0, 0}, double radius = 1.0) {
   CloudInput input;
@@ -68,6 +68,34 @@ void ForEveryDensity(ThresholdMode mode, const F& f) {
     if (mode == ThresholdMode::kBlended && !IsNonNegative(density)) continue;
     f(density);
   }
+}
+
+// Which of the CPU's paths draws, and how thresholds make a surface: every pair there is a tracer
+// for, as a parameter of tests.
+struct PathAndMode {
+  CpuPath path;
+  ThresholdMode mode;
+};
+inline auto EveryPathAndMode() {
+  return ::testing::Values(PathAndMode{CpuPath::kBest, ThresholdMode::kUniform},
+                           PathAndMode{CpuPath::kBest, ThresholdMode::kBlended},
+                           PathAndMode{CpuPath::kScalar, ThresholdMode::kUniform},
+                           PathAndMode{CpuPath::kScalar, ThresholdMode::kBlended},
+                           PathAndMode{CpuPath::kScalar, ThresholdMode::kSummed},
+                           PathAndMode{CpuPath::kScalar, ThresholdMode::kGated});
+}
+inline std::string NameOfPathAndMode(const ::testing::TestParamInfo<PathAndMode>& info) {
+  return (info.param.path == CpuPath::kBest ? "Best_" : "Scalar_") + NameOf(info.param.mode);
+}
+
+// With depth, normals and ids.
+inline Frame RenderPlanes(Renderer* renderer, const Scene& scene, const Camera& camera,
+                          int supersample = 1, int threads = 0) {
+  RenderSettings settings;
+  settings.planes = {true, true, true};
+  settings.supersample = supersample;
+  settings.threads = threads;
+  return renderer->Render(scene, camera, settings);
 }
 
 inline Camera FrontCamera(int width = 96, int height = 64, double distance = 4.0) {

@@ -18,17 +18,10 @@
 namespace sherd {
 namespace {
 
-Frame Render(Renderer* renderer, const Scene& scene, const Camera& camera, int supersample = 1,
-             int threads = 0) {
-  RenderSettings settings;
-  settings.planes = {true, true, true};
-  settings.supersample = supersample;
-  settings.threads = threads;
-  return renderer->Render(scene, camera, settings);
-}
+using testing::RenderPlanes;
 
 Frame RenderThesis(const Scene& scene, const Camera& camera, const ThesisOptions& options = {}) {
-  return Render(MakeThesisRenderer(options).get(), scene, camera);
+  return RenderPlanes(MakeThesisRenderer(options).get(), scene, camera);
 }
 
 // The share of the reference's pixels that a frame draws elsewhere: missed, invented, or off in
@@ -199,7 +192,7 @@ TEST(ThesisFaults, TheSearchEndsInTheWrongNode) {
   EXPECT_LT(r, 2.0 / (1 << depth));
   const Frame thesis =
       RenderThesis(peer.scene, peer.camera, {.depth = depth, .gated = false, .step = 0.02});
-  const Frame ours = Render(MakeCpuRenderer().get(), peer.scene, peer.camera);
+  const Frame ours = RenderPlanes(MakeCpuRenderer().get(), peer.scene, peer.camera);
   EXPECT_GT(WrongShare(thesis, reference, peer.scene), 0.01);
   EXPECT_EQ(WrongShare(ours, reference, peer.scene), 0.0);
 }
@@ -255,19 +248,19 @@ TEST(ThesisRenderer, KeepsTheRenderersPromises) {
   auto renderer = MakeThesisRenderer({.depth = 4});
   const Scene scene = testing::SceneOf(testing::RandomBall(500, 0.15, 2, 3));
   const Camera camera = testing::FrontCamera(64, 48);
-  const Frame one = Render(renderer.get(), scene, camera, 1, 1);
+  const Frame one = RenderPlanes(renderer.get(), scene, camera, 1, 1);
   EXPECT_GT(one.stats.hits, 300u);
   EXPECT_EQ(one.stats.rays, 64u * 48);
   EXPECT_EQ(one.stats.metaballs, 500u);
   EXPECT_GT(one.stats.bytes, 0u);
   EXPECT_GT(one.stats.seconds_trace, 0.0);
   EXPECT_EQ(one.stats.backend, "cpu");
-  const Frame two = Render(renderer.get(), scene, camera, 1, 2);
+  const Frame two = RenderPlanes(renderer.get(), scene, camera, 1, 2);
   EXPECT_EQ(one.depth, two.depth);
   EXPECT_EQ(one.id, two.id);
 
-  const Frame fine = Render(renderer.get(), scene, camera.Resized(128, 96));
-  const Frame averaged = Render(renderer.get(), scene, camera, 2);
+  const Frame fine = RenderPlanes(renderer.get(), scene, camera.Resized(128, 96));
+  const Frame averaged = RenderPlanes(renderer.get(), scene, camera, 2);
   for (int y = 0; y < 48; ++y) {
     for (int x = 0; x < 64; ++x) {
       float sum = 0;
@@ -279,19 +272,19 @@ TEST(ThesisRenderer, KeepsTheRenderersPromises) {
   }
 
   EXPECT_TRUE(renderer->Render(scene, camera, {}).depth.empty());
-  EXPECT_EQ(Render(renderer.get(), testing::SceneOf({}), camera).stats.hits, 0u);
+  EXPECT_EQ(RenderPlanes(renderer.get(), testing::SceneOf({}), camera).stats.hits, 0u);
   // Another radius after the same cloud: the octree is built anew.
   Scene wide = scene;
   wide.surface.radius_scale = 1.5;
-  EXPECT_GT(Render(renderer.get(), wide, camera).stats.hits, one.stats.hits);
-  EXPECT_EQ(Render(renderer.get(), scene, camera).depth, one.depth);
+  EXPECT_GT(RenderPlanes(renderer.get(), wide, camera).stats.hits, one.stats.hits);
+  EXPECT_EQ(RenderPlanes(renderer.get(), scene, camera).depth, one.depth);
 
   std::stop_source stop;
   stop.request_stop();
   Control control;
   control.stop = stop.get_token();
   EXPECT_THROW(renderer->Render(scene, camera, {}, control), Cancelled);
-  EXPECT_EQ(Render(renderer.get(), scene, camera).depth, one.depth);
+  EXPECT_EQ(RenderPlanes(renderer.get(), scene, camera).depth, one.depth);
 }
 
 TEST(ThesisRenderer, RefusesOptionsOutOfRange) {
