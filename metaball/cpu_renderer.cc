@@ -34,14 +34,10 @@ class CpuRenderer final : public Renderer {
       return RenderSupersampled(this, scene, camera, settings, control);
     }
     const Stopwatch total;
-    Frame frame = MakeFrame(camera, settings.planes);
-    frame.stats.backend = backend();
-    frame.stats.device = DeviceFor(settings.threads);
+    Frame frame = BeginFrame(*this, DeviceFor(settings.threads), scene, camera, settings.planes);
     const Cloud& cloud = *scene.cloud;
     std::optional<SurfaceGather> gather;
     if (settings.planes.NeedGather()) gather.emplace(cloud, scene.surface, settings.planes, &frame);
-    frame.stats.metaballs = cloud.size();
-    frame.stats.rays = frame.color.size();
     if (cloud.empty()) {
       frame.stats.seconds_total = total.Seconds();
       return frame;

@@ -4,8 +4,19 @@
 #include "metaball/local_view.h"
 #include "metaball/parallel.h"
 #include "metaball/stopwatch.h"
+#include "metaball/supersample.h"
 
 namespace sherd {
+
+Frame BeginFrame(const Renderer& renderer, const std::string& device, const Scene& scene,
+                 const Camera& camera, const Planes& planes) {
+  Frame frame = MakeFrame(camera, planes);
+  frame.stats.backend = renderer.backend();
+  frame.stats.device = device;
+  frame.stats.metaballs = scene.cloud->size();
+  frame.stats.rays = frame.color.size();
+  return frame;
+}
 
 TraceJob JobOf(const Scene& scene, const Camera& camera, const TileBins* bins, Frame* frame) {
   const ResolvedDensity density = ResolveDensity(scene.surface.density);

@@ -5,10 +5,15 @@
 
 #include "metaball/control.h"
 #include "metaball/frame.h"
+#include "metaball/renderer.h"
 #include "metaball/scene.h"
 #include "metaball/trace_job.h"
 
 namespace sherd {
+
+// An empty frame that says who draws what. Throws as MakeFrame does.
+Frame BeginFrame(const Renderer& renderer, const std::string& device, const Scene& scene,
+                 const Camera& camera, const Planes& planes);
 
 // A frame of the scene in floats, not yet sorted into tiles: camera in world coordinates. Scene,
 // bins and frame must outlive the job.

@@ -32,13 +32,8 @@ class RayMethodRenderer final : public Renderer {
       return RenderSupersampled(this, scene, camera, settings, control);
     }
     const Stopwatch total;
-    Frame frame = MakeFrame(camera, settings.planes);
-    frame.stats.backend = backend();
-    frame.stats.device = DeviceFor(settings.threads);
-    const Cloud& cloud = *scene.cloud;
-    frame.stats.metaballs = cloud.size();
-    frame.stats.rays = frame.color.size();
-    if (!cloud.empty()) {
+    Frame frame = BeginFrame(*this, DeviceFor(settings.threads), scene, camera, settings.planes);
+    if (!scene.cloud->empty()) {
       TraceJob job = JobOf(scene, camera, &bins_, &frame);
       job.threshold_scale = 1.0;  // the methods' densities have their own amplitudes
       BinMetaballs(job, settings.threads, control, &bins_, &frame.stats);

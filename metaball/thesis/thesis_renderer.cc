@@ -32,13 +32,9 @@ class ThesisRenderer final : public Renderer {
       return RenderSupersampled(this, scene, camera, settings, control);
     }
     const Stopwatch total;
-    Frame frame = MakeFrame(camera, settings.planes);
-    frame.stats.backend = backend();
-    frame.stats.device = DeviceFor(settings.threads);
+    Frame frame = BeginFrame(*this, DeviceFor(settings.threads), scene, camera, settings.planes);
     const Cloud& cloud = *scene.cloud;
-    frame.stats.metaballs = cloud.size();
     frame.stats.metaballs_in_view = cloud.size();  // nothing is culled by the view
-    frame.stats.rays = frame.color.size();
     if (!cloud.empty()) {
       BuildOctree(scene, control);
       frame.stats.seconds_prepare = total.Seconds();
