@@ -150,7 +150,7 @@ Level BuildLevel(const PreparedPoints& prepared, const Survey& survey, const Lev
   const FittedMetaballs fitted =
       FitSurface(points, cells, std::move(reduced.position), std::move(reduced.normal),
                  options.radius_factor, threshold, control);
-  const SurfaceErrors errors = MeasureErrors(points, cells, fitted, threshold, control);
+  const SurfaceErrors errors = MeasureErrors(prepared, cells, fitted, threshold, control);
 
   Level level;
   level.name = FormatCount(options.target_count);

@@ -31,6 +31,7 @@ struct LevelOptions {
   // same points.
   bool nested = false;
   bool remove_outliers = true;
+  bool smooth_noise = true;    // by SmoothNoise, before the level is built
   double radius_factor = 0.0;  // radius = factor * local spacing; 0: the default (see radii.cc)
   double threshold = 0.0;      // 0: the default
   int max_photos_per_metaball = 8;
@@ -83,12 +84,20 @@ std::string FormatCount(std::uint64_t count);
 struct PreparedPoints {
   SurveyPoints points;         // outliers removed, normals filled in
   std::vector<float> spacing;  // local spacing of each point, world units
+  // How far SmoothNoise moved each point along its normal, world units; or empty.
+  std::vector<float> shift;
   std::uint64_t source_points = 0;
   std::uint64_t outliers = 0;
   // What nested levels are made of: all points in an order of which each level takes the first.
   // Filled in by OrderPoints for one kind of reduction.
   std::vector<std::uint32_t> order;
   Reduction ordered_for = Reduction::kVoxel;
+
+  // Where point i was before SmoothNoise.
+  Vec3d SurveyedPosition(std::size_t i) const {
+    if (shift.empty()) return points.position[i];
+    return points.position[i] - points.normal[i].cast<double>() * static_cast<double>(shift[i]);
+  }
 };
 
 // Outlier removal (PCL), local spacing from the nearest neighbours, normals where missing
@@ -96,6 +105,14 @@ struct PreparedPoints {
 // points, ResourceError, Cancelled.
 PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers,
                              const Control& control = {});
+
+// Moves every point along its normal onto the surface that its surroundings stand for, and averages
+// the normals: over up to 64 neighbours where these agree within their noise, over fewer where the
+// surface bends (local regression of degree 1 and 2 whose scale is chosen by the intersection of
+// confidence intervals: Katkovnik 1999; for points: Xu and Foi, "Anisotropic denoising of 3D point
+// clouds by aggregation of multiple surface-adaptive estimates", 2021). Points whose surroundings
+// are no surface stay. Deterministic. Throws Cancelled, and then nothing has changed.
+void SmoothNoise(PreparedPoints* points, const Control& control = {});
 
 // Needed once before nested levels are built. Throws Cancelled; InputError for kVoxel, whose cells
 // do not nest.

@@ -26,6 +26,7 @@ LocalPlane FitPlane(const std::vector<Vec3d>& positions, const int* idx, int cou
   const Eigen::Vector3d n = solver.eigenvectors().col(0);
   plane.normal = Normalized(Vec3d{n.x(), n.y(), n.z()});
   plane.variation = std::max(0.0, solver.eigenvalues()[0]);
+  if (count > 3) plane.deviation = std::sqrt(plane.variation * trace / (count - 3));
   return plane;
 }
 

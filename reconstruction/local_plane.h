@@ -13,6 +13,9 @@ struct LocalPlane {
   // (surface variation; Pauly, Gross and Kobbelt, "Efficient simplification of point-sampled
   // surfaces", 2002). 0 where all points coincide.
   double variation = 0;
+  // Root mean square distance of the points from the plane, for the three numbers that were fitted
+  // (divided by count - 3); 0 for fewer than four points.
+  double deviation = 0;
 };
 
 // Of the points idx[0 .. count).

@@ -235,8 +235,9 @@ FittedMetaballs FitSurface(const SurveyPoints& points, const PointCells& cells,
   return m;
 }
 
-SurfaceErrors MeasureErrors(const SurveyPoints& points, const PointCells& cells,
+SurfaceErrors MeasureErrors(const PreparedPoints& prepared, const PointCells& cells,
                             const FittedMetaballs& m, double threshold, const Control& control) {
+  const SurveyPoints& points = prepared.points;
   const Workbench bench(m.position);
   const Cloud cloud = bench.CloudOf(m);
   const SurfaceField field(cloud);
@@ -246,7 +247,7 @@ SurfaceErrors MeasureErrors(const SurveyPoints& points, const PointCells& cells,
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) {
           for (std::uint32_t j = cells.cell_begin[c]; j < cells.cell_begin[c + 1]; ++j) {
-            const Vec3f p = bench.Local(points.position[cells.point_idx[j]]);
+            const Vec3f p = bench.Local(prepared.SurveyedPosition(cells.point_idx[j]));
             distance[j] = std::abs(field.SignedDistance(
                 p, m.normal[c], static_cast<float>(threshold), static_cast<std::uint32_t>(c)));
           }

@@ -6,6 +6,7 @@
 #include "metaball/control.h"
 #include "metaball/vec.h"
 #include "reconstruction/downsample.h"
+#include "reconstruction/level.h"
 #include "reconstruction/survey.h"
 
 namespace sherd {
@@ -40,7 +41,7 @@ FittedMetaballs FitSurface(const SurveyPoints& points, const PointCells& cells,
                            std::vector<Vec3d> position, std::vector<Vec3f> normal,
                            double radius_factor, double threshold, const Control& control = {});
 
-SurfaceErrors MeasureErrors(const SurveyPoints& points, const PointCells& cells,
+SurfaceErrors MeasureErrors(const PreparedPoints& prepared, const PointCells& cells,
                             const FittedMetaballs& metaballs, double threshold,
                             const Control& control = {});
 

@@ -20,7 +20,7 @@ struct Options {
   std::string reduction = std::string(ReductionName(LevelOptions{}.reduction));
   std::vector<std::uint64_t> levels;
   std::optional<double> radius_factor, threshold, photos_per_metaball;
-  bool nested = false, keep_outliers = false, fresh = false, json = false;
+  bool nested = false, keep_outliers = false, keep_noise = false, fresh = false, json = false;
 };
 
 // Built by this program with the same options: building it again would give the same.
@@ -28,6 +28,7 @@ bool UpToDate(const LevelEntry& level, const LevelOptions& options) {
   return level.program == SHERD_VERSION && level.options.reduction == options.reduction &&
          level.options.nested == options.nested &&
          level.options.remove_outliers == options.remove_outliers &&
+         level.options.smooth_noise == options.smooth_noise &&
          level.options.radius_factor == options.radius_factor &&
          level.options.threshold == options.threshold &&
          level.options.max_photos_per_metaball == options.max_photos_per_metaball &&
@@ -41,6 +42,7 @@ int RunBuild(const Options& options, const Environment& environment) {
   level_options.reduction = *FindReduction(options.reduction);
   level_options.nested = options.nested;
   level_options.remove_outliers = !options.keep_outliers;
+  level_options.smooth_noise = !options.keep_noise;
   level_options.radius_factor = ValueOf("radius-factor", options.radius_factor);
   level_options.threshold = options.threshold.value_or(0.0);
   level_options.max_photos_per_metaball =
@@ -126,6 +128,8 @@ void AddBuild(CLI::App* program, Action* action) {
             "each metaball's colour: the mean of its points', or what the photographs at full "
             "resolution show there, exposures evened out [default points]");
   app->add_flag("--keep-outliers", options->keep_outliers, "do not remove stray points");
+  app->add_flag("--keep-noise", options->keep_noise,
+                "take the points where they were surveyed, not smoothed");
   app->add_flag("--fresh", options->fresh, "build also levels that are there and up to date");
   app->add_flag("--json", options->json, "print the levels as JSON");
   app->footer(

@@ -116,6 +116,7 @@ Json FromLevel(const LevelEntry& level) {
             {"reduction", ReductionName(o.reduction)},
             {"nested", o.nested},
             {"remove_outliers", o.remove_outliers},
+            {"smooth_noise", o.smooth_noise},
             {"radius_factor", o.radius_factor},
             {"threshold", o.threshold},
             {"photos_per_metaball", o.max_photos_per_metaball},
@@ -160,6 +161,8 @@ LevelEntry ToLevel(const Reader& in, std::uint64_t version) {
     level.options.reduction = Reduction::kVoxel;
   }
   // Files from before there was a choice do not have it.
+  // Levels of before took the points as they were.
+  level.options.smooth_noise = options.Has("smooth_noise") && options.Bool("smooth_noise");
   if (options.Has("photo_colors")) level.options.photo_colors = options.Bool("photo_colors");
   const Reader stats = in.Object("stats");
   LevelStats& s = level.stats;

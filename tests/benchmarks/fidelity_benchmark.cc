@@ -39,6 +39,7 @@ struct Options {
   std::uint32_t every = 5;
   int side = 1024, memory_mb = 1024;
   std::optional<double> dense_offset;
+  bool keep_noise = false;
 };
 
 struct HeldOut {
@@ -138,13 +139,15 @@ int Run(int argc, char** argv) {
   app.add_option("--memory", options.memory_mb, "MiB for photographs");
   app.add_option("--dense-offset", options.dense_offset,
                  "instead of the survey's offset of dense points, pixels");
+  app.add_flag("--keep-noise", options.keep_noise, "points as they were surveyed");
   app.add_option("--json", options.json, "write the figures here");
   app.add_option("--pictures", options.pictures, "folder for the compared pictures");
   CLI11_PARSE(app, argc, argv);
 
   Survey survey = LoadSurvey(InspectWorkspace(options.workspace), {});
   if (options.dense_offset) survey.dense_pixel_offset = *options.dense_offset;
-  const PreparedPoints points = PreparePoints(survey, true);
+  PreparedPoints points = PreparePoints(survey, true);
+  if (!options.keep_noise) SmoothNoise(&points);
   LevelOptions full;
   full.target_count = points.points.size();
   const Level reference_level = BuildLevel(points, survey, full);

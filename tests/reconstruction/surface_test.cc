@@ -1,6 +1,7 @@
 // A level's surface lies on the points it was made from.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
@@ -114,6 +115,74 @@ TEST(Surface, LiesOnACurvedSheetThroughTheNoise) {
   EXPECT_GT(level.stats.error_p95, 1.7 * noise);
   EXPECT_LT(level.stats.error_p95, 2.4 * noise);
   EXPECT_GT(level.stats.error_max, level.stats.error_p95);
+}
+
+double RmsDistance(const SurveyPoints& points,
+                   const std::function<double(double, double)>& height) {
+  double sum = 0;
+  int count = 0;
+  for (const Vec3d& p : points.position) {
+    if (p.x < 0.05 || p.x > 0.95 || p.y < 0.05 || p.y > 0.95) continue;
+    sum += (p.z - height(p.x, p.y)) * (p.z - height(p.x, p.y));
+    ++count;
+  }
+  return std::sqrt(sum / count);
+}
+
+TEST(Surface, NoiseIsSmoothedAndASurfaceWithoutNoiseStays) {
+  const auto waves = [](double x, double y) { return 0.05 * std::sin(6 * x) * std::cos(5 * y); };
+  const double noise = 0.2 * std::sqrt(7.0 / 28000);
+  const Sheet sheet = HeightField(28000, waves, noise);
+  PreparedPoints points = PreparePoints(sheet.survey, false);
+  const SurveyPoints before = points.points;
+  SmoothNoise(&points);
+  EXPECT_NEAR(RmsDistance(before, waves), noise, 0.02 * noise);
+  EXPECT_LT(RmsDistance(points.points, waves), 0.35 * noise);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    ASSERT_LT(Length(points.SurveyedPosition(i) - before.position[i]), 1e-7);
+  }
+  LevelOptions options;
+  options.target_count = 4000;
+  const Deviation d = DeviationOf(BuildLevel(points, sheet.survey, options), waves);
+  EXPECT_EQ(d.open, 0);
+  EXPECT_LT(std::abs(d.mean), 0.03 * sheet.spacing);
+  EXPECT_LT(d.rms, 0.08 * sheet.spacing);
+
+  const Sheet clean = HeightField(28000, waves, 0.0);
+  PreparedPoints same = PreparePoints(clean.survey, false);
+  SmoothNoise(&same);
+  EXPECT_LT(RmsDistance(same.points, waves), 0.02 * noise);
+}
+
+// Two walls that meet in a right angle: nothing is rounded farther than the noise.
+TEST(Surface, AnEdgeStaysSharpThroughTheSmoothing) {
+  const auto step = [](double x, double) { return -std::abs(x - 0.5); };
+  const double noise = 0.05 * std::sqrt(1.0 / 28000);
+  const Sheet sheet = HeightField(28000, step, noise);
+  PreparedPoints points = PreparePoints(sheet.survey, false);
+  SmoothNoise(&points);
+  double largest = 0;
+  for (const Vec3d& p : points.points.position) {
+    largest = std::max(largest, std::abs(p.z - step(p.x, p.y)));
+  }
+  EXPECT_LT(largest, 0.5 * std::sqrt(1.0 / 28000));
+}
+
+// A cloud that fills space has no surface to be moved onto; a few points have no surroundings.
+TEST(Surface, WhatIsNoSurfaceStays) {
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> uniform;
+  for (const int n : {1, 10, 3000}) {
+    Survey survey;
+    for (int i = 0; i < n; ++i) {
+      survey.points.position.push_back({uniform(random), uniform(random), uniform(random)});
+    }
+    PreparedPoints points = PreparePoints(survey, false);
+    SmoothNoise(&points);
+    const auto moved =
+        std::count_if(points.shift.begin(), points.shift.end(), [](float s) { return s != 0; });
+    EXPECT_LT(moved, n / 5 + 1) << n;
+  }
 }
 
 // Thinner than a sheet's metaballs reach: the centres stay within the wall, and the surface on

@@ -1,0 +1,182 @@
+// The noise of points across the surface they lie on, taken out once for all levels.
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "reconstruction/level.h"
+#include "reconstruction/local_plane.h"
+#include "reconstruction/memory.h"
+#include "reconstruction/neighbors.h"
+#include "reconstruction/parallel.h"
+
+namespace sherd {
+namespace {
+
+constexpr std::size_t kBlock = 2048;
+constexpr int kFew = 17, kMany = 65;  // neighbours, the point itself included
+// Estimates agree that are no farther apart than this many of their standard deviations.
+constexpr double kAgree = 2.0;
+// A point's own place is given up sooner than it is kept: the tail of the noise is what is seen.
+constexpr double kOwnAgree = 4.0;
+constexpr double kFarthest = 2.0;  // local spacings
+// Surface variation above which the surroundings are no surface (outliers.cc).
+constexpr double kFillsSpace = 0.08;
+
+struct Neighbor {
+  double u, v, h;  // along the surface and across it, in units of the farthest neighbour's distance
+  double weight;
+};
+
+struct Estimate {
+  double height = 0;
+  double deviation = 0;  // standard, for points whose noise is 1
+};
+
+// Local regression: the height over the origin of the polynomial in u and v of degree 1 (3 terms)
+// or 2 (6 terms) that fits best. False where the neighbours do not determine it.
+template <int kTerms>
+bool Regress(const Neighbor* neighbors, int count, Estimate* out) {
+  using Matrix = Eigen::Matrix<double, kTerms, kTerms>;
+  using Vector = Eigen::Matrix<double, kTerms, 1>;
+  Matrix a = Matrix::Zero(), b = Matrix::Zero();
+  Vector y = Vector::Zero();
+  for (int j = 0; j < count; ++j) {
+    const Neighbor& n = neighbors[j];
+    Vector x;
+    x.template head<3>() << 1, n.u, n.v;
+    if constexpr (kTerms == 6) x.template tail<3>() << n.u * n.u, n.u * n.v, n.v * n.v;
+    const Matrix xx = x * x.transpose() * n.weight;
+    a += xx;
+    b += xx * n.weight;
+    y += x * (n.h * n.weight);
+  }
+  const Eigen::LDLT<Matrix> solver(a);
+  const auto d = solver.vectorD();
+  if (solver.info() != Eigen::Success || !(d.minCoeff() > 1e-4 * d.maxCoeff())) return false;
+  const Vector row = solver.solve(Vector::Unit(0));
+  out->height = row.dot(y);
+  out->deviation = std::sqrt(std::max(0.0, row.dot(b * row)));
+  return std::isfinite(out->height);
+}
+
+class Smoother {
+ public:
+  Smoother(const PreparedPoints& points, const NeighborSearch& search,
+           const std::vector<float>& deviation)
+      : points_(points), search_(search), deviation_(deviation) {}
+
+  // How far point i goes along `normal`, which becomes the mean normal around.
+  double ShiftOf(std::size_t i, Vec3f* normal) const {
+    const SurveyPoints& p = points_.points;
+    int idx[kMany];
+    float distance[kMany];
+    const int count = search_.Nearest(i, kMany, idx, distance);
+    if (count < kFew || FitPlane(p.position, idx, count).variation > kFillsSpace) return 0;
+    Vec3f few{};
+    for (int j = 0; j < kFew; ++j) {
+      const Vec3f& n = p.normal[static_cast<std::size_t>(idx[j])];
+      few += n * std::max(0.0f, Dot(n, p.normal[i]));
+    }
+    const Vec3d up = Normalized(few, p.normal[i]).cast<double>();
+    const Vec3d side =
+        Normalized(Cross(up, std::abs(up.x) < std::abs(up.y) ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+    const Vec3d ahead = Cross(up, side);
+    float deviations[kMany];
+    for (int j = 0; j < count; ++j) {
+      deviations[j] = deviation_[static_cast<std::size_t>(idx[j])];
+    }
+    std::nth_element(deviations, deviations + count / 4, deviations + count);
+    const double noise = deviations[count / 4];
+    if (!(noise > 0)) return 0;
+
+    Neighbor around[kMany];
+    Vec3f many{};
+    const auto gather = [&](int most) {
+      const double reach = 1.001 * distance[most - 1];
+      int used = 0;
+      many = {};
+      for (int j = 0; j < most; ++j) {
+        const auto k = static_cast<std::size_t>(idx[j]);
+        const Vec3d n = p.normal[k].cast<double>();
+        const double facing = std::clamp((Dot(n, up) - 0.3) / 0.4, 0.0, 1.0);
+        const double x = 1 - std::pow(distance[j] / reach, 2);
+        if (!(facing * x > 0)) continue;
+        const Vec3d d = (p.position[k] - p.position[i]) / reach;
+        around[used++] = {Dot(d, side), Dot(d, ahead), Dot(d, up), facing * x * x};
+        many += p.normal[k] * static_cast<float>(facing * x * x);
+      }
+      return std::pair(used, reach);
+    };
+    double low = -kOwnAgree * noise, high = kOwnAgree * noise, shift = 0;
+    // False: the estimates so far exclude this one.
+    const auto agrees = [&](const Estimate& e, double reach) {
+      const double height = e.height * reach, deviation = kAgree * e.deviation * noise;
+      low = std::max(low, height - deviation);
+      high = std::min(high, height + deviation);
+      if (low > high) return false;
+      shift = height;
+      return true;
+    };
+    Estimate e;
+    *normal = up.cast<float>();
+    const auto [used, reach] = gather(kFew);
+    if (!Regress<3>(around, used, &e) || !agrees(e, reach)) return 0;
+    if (count == kMany) {
+      const auto [all, far] = gather(kMany);
+      if (Regress<6>(around, all, &e) && agrees(e, far)) {
+        *normal = Normalized(many, *normal);
+        if (Regress<3>(around, all, &e)) agrees(e, far);
+      }
+    }
+    const double most = kFarthest * points_.spacing[i];
+    return std::clamp(shift * Dot(up, normal->cast<double>()), -most, most);
+  }
+
+ private:
+  const PreparedPoints& points_;
+  const NeighborSearch& search_;
+  const std::vector<float>& deviation_;  // of each point's few (LocalPlane)
+};
+
+}  // namespace
+
+void SmoothNoise(PreparedPoints* prepared, const Control& control) {
+  SurveyPoints& points = prepared->points;
+  const std::size_t n = points.size();
+  // Deviations, shifts, the new normals; PCL's points and tree.
+  CheckMemory("smoothing the noise of " + std::to_string(n) + " points", n * (4 + 4 + 12 + 40));
+  const NeighborSearch search(points.position);
+  std::vector<float> deviation(n);
+  ParallelBlocks(
+      n, kBlock,
+      [&](std::size_t begin, std::size_t end) {
+        int idx[kFew];
+        float distance[kFew];
+        for (std::size_t i = begin; i < end; ++i) {
+          const int count = search.Nearest(i, kFew, idx, distance);
+          deviation[i] = static_cast<float>(FitPlane(points.position, idx, count).deviation);
+        }
+      },
+      control, "measuring the noise", 0.0, 0.3);
+  const Smoother smoother(*prepared, search, deviation);
+  std::vector<float> shift(n, 0.0f);
+  std::vector<Vec3f> normal(points.normal);
+  ParallelBlocks(
+      n, kBlock,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          shift[i] = static_cast<float>(smoother.ShiftOf(i, &normal[i]));
+        }
+      },
+      control, "smoothing the noise", 0.3, 1.0);
+  points.normal = std::move(normal);
+  for (std::size_t i = 0; i < n; ++i) {
+    points.position[i] += points.normal[i].cast<double>() * static_cast<double>(shift[i]);
+  }
+  prepared->shift = std::move(shift);
+}
+
+}  // namespace sherd
