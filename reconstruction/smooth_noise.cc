@@ -22,8 +22,9 @@ constexpr double kAgree = 2.0;
 // A point's own place is given up sooner than it is kept: the tail of the noise is what is seen.
 constexpr double kOwnAgree = 4.0;
 constexpr double kFarthest = 2.0;  // local spacings
-// Surface variation above which the surroundings are no surface (outliers.cc).
-constexpr double kFillsSpace = 0.08;
+// Surface variation above which the surroundings are no surface: 65 points of a plane that are as
+// noisy as they are far apart have 1 / (1 + 65 / (2 pi)) = 0.09, a random cloud 0.2 to 0.3.
+constexpr double kFillsSpace = 0.14;
 
 struct Neighbor {
   double u, v, h;  // along the surface and across it, in units of the farthest neighbour's distance

@@ -52,9 +52,10 @@ T SheetDepth(T share) {
   return share < T(1) ? std::sqrt(T(1) - std::cbrt(std::max(share, T(0)))) : T(0);
 }
 
-// Normals averaged over the metaballs around that look the same way.
-std::vector<Vec3f> SmoothNormals(const SurfaceField& field, const std::vector<Vec3f>& normal,
-                                 const Control& control) {
+// Normals averaged over the metaballs around that look the same way, each as much as it stands for
+// points.
+std::vector<Vec3f> SmoothNormals(const SurfaceField& field, const PointCells& cells,
+                                 const std::vector<Vec3f>& normal, const Control& control) {
   std::vector<Vec3f> out(normal.size());
   ParallelBlocks(
       normal.size(), kBlock,
@@ -63,7 +64,8 @@ std::vector<Vec3f> SmoothNormals(const SurfaceField& field, const std::vector<Ve
           Vec3f sum{};
           field.ForEach(field.cloud().center[i], [&](std::uint32_t k, float weight) {
             const float facing = Dot(normal[k], normal[i]);
-            if (facing > 0) sum += normal[k] * (weight * facing);
+            const auto count = static_cast<float>(cells.cell_begin[k + 1] - cells.cell_begin[k]);
+            if (facing > 0) sum += normal[k] * (weight * facing * count);
           });
           out[i] = Normalized(sum, normal[i]);
         }
@@ -141,7 +143,7 @@ std::vector<double> Sink(const Workbench& bench, const PointCells& cells, double
   const std::size_t n = m->position.size();
   const Cloud cloud = bench.CloudOf(*m);
   const SurfaceField field(cloud);
-  m->normal = SmoothNormals(field, m->normal, control);
+  m->normal = SmoothNormals(field, cells, m->normal, control);
   const double offset = SheetDepth(threshold / SheetField(factor));
   std::vector<double> wanted(n);
   for (std::size_t i = 0; i < n; ++i) wanted[i] = offset * m->radius[i];
