@@ -26,7 +26,7 @@ std::vector<std::string> ReductionNames();
 struct LevelOptions {
   std::uint64_t target_count = 0;  // > 0; more than there are points: every point, and said so
   Reduction reduction = Reduction::kVoxel;
-  // The points of the surface that the metaballs stand for are points of the survey, and those of a
+  // The points of the surface that the metaballs stand for are prepared points, and those of a
   // level are among those of every larger one built with the same `reduction` (not kVoxel) from the
   // same points.
   bool nested = false;

@@ -85,31 +85,28 @@ class Smoother {
     const Vec3d side =
         Normalized(Cross(up, std::abs(up.x) < std::abs(up.y) ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
     const Vec3d ahead = Cross(up, side);
-    float deviations[kMany];
-    for (int j = 0; j < count; ++j) {
-      deviations[j] = deviation_[static_cast<std::size_t>(idx[j])];
-    }
-    std::nth_element(deviations, deviations + count / 4, deviations + count);
-    const double noise = deviations[count / 4];
+    const double noise = NoiseAround(idx, count);
     if (!(noise > 0)) return 0;
 
     Neighbor around[kMany];
-    Vec3f many{};
+    struct Gathered {
+      int used;
+      double reach;
+      Vec3f normal;  // sum
+    };
     const auto gather = [&](int most) {
-      const double reach = 1.001 * distance[most - 1];
-      int used = 0;
-      many = {};
+      Gathered out{0, 1.001 * distance[most - 1], {}};
       for (int j = 0; j < most; ++j) {
         const auto k = static_cast<std::size_t>(idx[j]);
         const Vec3d n = p.normal[k].cast<double>();
         const double facing = std::clamp((Dot(n, up) - 0.3) / 0.4, 0.0, 1.0);
-        const double x = 1 - std::pow(distance[j] / reach, 2);
+        const double x = 1 - std::pow(distance[j] / out.reach, 2);
         if (!(facing * x > 0)) continue;
-        const Vec3d d = (p.position[k] - p.position[i]) / reach;
-        around[used++] = {Dot(d, side), Dot(d, ahead), Dot(d, up), facing * x * x};
-        many += p.normal[k] * static_cast<float>(facing * x * x);
+        const Vec3d d = (p.position[k] - p.position[i]) / out.reach;
+        around[out.used++] = {Dot(d, side), Dot(d, ahead), Dot(d, up), facing * x * x};
+        out.normal += p.normal[k] * static_cast<float>(facing * x * x);
       }
-      return std::pair(used, reach);
+      return out;
     };
     double low = -kOwnAgree * noise, high = kOwnAgree * noise, shift = 0;
     // False: the estimates so far exclude this one.
@@ -123,13 +120,13 @@ class Smoother {
     };
     Estimate e;
     *normal = up.cast<float>();
-    const auto [used, reach] = gather(kFew);
-    if (!Regress<3>(around, used, &e) || !agrees(e, reach)) return 0;
+    const Gathered near = gather(kFew);
+    if (!Regress<3>(around, near.used, &e) || !agrees(e, near.reach)) return 0;
     if (count == kMany) {
-      const auto [all, far] = gather(kMany);
-      if (Regress<6>(around, all, &e) && agrees(e, far)) {
-        *normal = Normalized(many, *normal);
-        if (Regress<3>(around, all, &e)) agrees(e, far);
+      const Gathered far = gather(kMany);
+      if (Regress<6>(around, far.used, &e) && agrees(e, far.reach)) {
+        *normal = Normalized(far.normal, *normal);
+        if (Regress<3>(around, far.used, &e)) agrees(e, far.reach);
       }
     }
     const double most = kFarthest * points_.spacing[i];
@@ -137,6 +134,14 @@ class Smoother {
   }
 
  private:
+  // The lower quartile: where an edge passes, the surroundings stray from their plane too.
+  double NoiseAround(const int* idx, int count) const {
+    float around[kMany];
+    for (int j = 0; j < count; ++j) around[j] = deviation_[static_cast<std::size_t>(idx[j])];
+    std::nth_element(around, around + count / 4, around + count);
+    return around[count / 4];
+  }
+
   const PreparedPoints& points_;
   const NeighborSearch& search_;
   const std::vector<float>& deviation_;  // of each point's few (LocalPlane)

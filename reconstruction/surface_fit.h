@@ -24,8 +24,8 @@ struct FittedMetaballs {
   Vec3d CenterOf(std::size_t i) const { return position[i] - normal[i].cast<double>() * depth[i]; }
 };
 
-// The distances of all points of the cloud to the surface, world units (SurfaceField says which
-// way they are measured).
+// The distances of all prepared points, where they were surveyed, to the surface, world units
+// (SurfaceField says which way they are measured).
 struct SurfaceErrors {
   double mean = 0, p95 = 0, largest = 0;
   // Share of the points that no surface was found for; they take no part in the others.

@@ -160,8 +160,7 @@ LevelEntry ToLevel(const Reader& in, std::uint64_t version) {
   } else {
     level.options.reduction = Reduction::kVoxel;
   }
-  // Files from before there was a choice do not have it.
-  // Levels of before took the points as they were.
+  // Files from before there was a choice have neither, and took the points as they were.
   level.options.smooth_noise = options.Has("smooth_noise") && options.Bool("smooth_noise");
   if (options.Has("photo_colors")) level.options.photo_colors = options.Bool("photo_colors");
   const Reader stats = in.Object("stats");

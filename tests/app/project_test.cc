@@ -281,6 +281,7 @@ TEST_F(ProjectTest, KeepsHowALevelWasReducedAndItsErrors) {
   const LevelEntry built = project.FindLevel("500"), read = Project::Open(path_).FindLevel("500");
   EXPECT_EQ(read.options.reduction, Reduction::kAdaptive);
   EXPECT_TRUE(read.options.nested);
+  EXPECT_TRUE(read.options.smooth_noise);
   EXPECT_TRUE(read.stats.HasErrors());
   EXPECT_GT(read.stats.error_mean, 0);
   EXPECT_GE(read.stats.error_p95, read.stats.error_mean);
@@ -294,8 +295,8 @@ TEST_F(ProjectTest, OpensProjectsOfVersion1) {
   Project project = Import();
   BuildLevels(&project, {500}, {});
   std::string text = testing::ReadText(path_);
-  for (const char* key :
-       {"\"reduction\"", "\"nested\"", "\"error_mean\"", "\"error_p95\"", "\"error_max\""}) {
+  for (const char* key : {"\"reduction\"", "\"nested\"", "\"smooth_noise\"", "\"error_mean\"",
+                          "\"error_p95\"", "\"error_max\""}) {
     const std::size_t at = text.find(key);
     ASSERT_NE(at, std::string::npos) << key;
     text.erase(at, text.find('\n', at) + 1 - at);
@@ -308,6 +309,7 @@ TEST_F(ProjectTest, OpensProjectsOfVersion1) {
   EXPECT_FALSE(old.levels()[0].stats.HasErrors());
   EXPECT_EQ(old.levels()[0].options.reduction, Reduction::kVoxel);
   EXPECT_FALSE(old.levels()[0].options.nested);
+  EXPECT_FALSE(old.levels()[0].options.smooth_noise);
   EXPECT_EQ(old.levels()[0].stats.count, 500u);
 }
 
