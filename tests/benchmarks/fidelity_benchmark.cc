@@ -170,10 +170,8 @@ int Run(int argc, char** argv) {
     view.mask.resize(frame.depth.size());
     for (std::size_t i = 0; i < view.mask.size(); ++i) view.mask[i] = frame.depth[i] > 0;
     // Without thin parts (noise along outlines) and without the rim.
-    view.mask = Eroded(view.mask, frame.width, frame.height, kThin + kRim);
-    for (char& m : view.mask) m = !m;
-    view.mask = Eroded(view.mask, frame.width, frame.height, kThin, true);
-    for (char& m : view.mask) m = !m;
+    view.mask = Dilated(Eroded(view.mask, frame.width, frame.height, kThin + kRim), frame.width,
+                        frame.height, kThin);
     held_out.push_back(std::move(view));
   }
   PhotoShadingOptions shading;

@@ -6,18 +6,27 @@
 // A pixel counts where the truth has a surface that at least one other photograph sees as well (no
 // reconstruction can hold what only one photograph saw), inside the surveyed area. It is missed
 // when the render shows nothing there, or something more than `--through` metres behind the true
-// surface.
+// surface. A missed pixel is
+//   bare     where the survey has no point within a spacing of the level: no level can cover it;
+//   outline  else, where what is missed is thinner than three pixels: the rim of something in front
+//            of something else;
+//   a gap    else.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "app/project/project.h"
 #include "datasets_synthetic/excavation.h"
 #include "metaball/parallel.h"
 #include "metaball/renderer.h"
+#include "reconstruction/level.h"
+#include "reconstruction/neighbors.h"
 #include "tests/benchmarks/benchmark_main.h"
 #include "tests/benchmarks/excavation_views.h"
+#include "tests/benchmarks/picture_metrics.h"
 
 namespace sherd {
 namespace {
@@ -30,34 +39,77 @@ struct Options {
 };
 
 struct Counts {
-  std::uint64_t visible = 0, empty = 0, through = 0;
+  std::uint64_t visible = 0, empty = 0, through = 0;  // all missed ones: empty + through
+  std::uint64_t bare = 0, outline = 0;                // of them
+
+  std::uint64_t missed() const { return empty + through; }
+  std::uint64_t gaps() const { return missed() - bare - outline; }
+  Counts& operator+=(const Counts& c) {
+    visible += c.visible;
+    empty += c.empty;
+    through += c.through;
+    bare += c.bare;
+    outline += c.outline;
+    return *this;
+  }
 };
 
-Counts CountHoles(const Excavation& truth, const std::vector<Camera>& cameras, std::size_t own,
-                  const Frame& frame, double through_m) {
-  const Camera& camera = cameras[own];
-  std::vector<Counts> rows(camera.height);
+// What a reconstruction has to show: the truth and where the survey has points of it.
+struct Wanted {
+  const Excavation& truth;
+  const std::vector<Camera>& cameras;
+  const std::vector<Vec3d>& points;
+  const NeighborSearch& search;  // among `points`
+  double spacing = 0;            // of the level, metres
+  double through = 0;            // metres
+};
+
+Counts CountHoles(const Wanted& wanted, std::size_t own, const Frame& frame) {
+  const Camera& camera = wanted.cameras[own];
+  const auto width = static_cast<std::size_t>(camera.width);
+  std::vector<char> missed(frame.depth.size(), 0), bare(frame.depth.size(), 0);
+  std::vector<Counts> rows(static_cast<std::size_t>(camera.height));
   ParallelFor(camera.height, 0, [&](std::int64_t y, int) {
-    for (int x = 0; x < camera.width; ++x) {
-      const RayD ray = RayThrough(camera, x + 0.5, static_cast<double>(y) + 0.5);
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::size_t pixel = static_cast<std::size_t>(y) * width + x;
+      const RayD ray =
+          RayThrough(camera, static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
       TruthHit hit;
-      if (!SurveyedTruthAt(truth, cameras, own, ray, &hit)) continue;
-      ++rows[y].visible;
-      const float depth = frame.depth[static_cast<std::size_t>(y) * camera.width + x];
-      if (depth == 0.0f) {
-        ++rows[y].empty;
-      } else if (depth > hit.distance + through_m) {
-        ++rows[y].through;
-      }
+      if (!SurveyedTruthAt(wanted.truth, wanted.cameras, own, ray, &hit)) continue;
+      Counts& row = rows[static_cast<std::size_t>(y)];
+      ++row.visible;
+      const float depth = frame.depth[pixel];
+      const bool empty = depth == 0.0f, through = depth > hit.distance + wanted.through;
+      row.empty += empty;
+      row.through += through;
+      if (!empty && !through) continue;
+      missed[pixel] = 1;
+      const Vec3d place = ray.origin + ray.direction * hit.distance;
+      const int nearest = wanted.search.NearestTo(place);
+      bare[pixel] = nearest < 0 || Length(wanted.points[static_cast<std::size_t>(nearest)] -
+                                          place) > wanted.spacing;
+      row.bare += bare[pixel] != 0;
     }
   });
   Counts sum;
-  for (const Counts& row : rows) {
-    sum.visible += row.visible;
-    sum.empty += row.empty;
-    sum.through += row.through;
-  }
+  for (const Counts& row : rows) sum += row;
+  const std::vector<char> wide = benchmarks::Dilated(
+      benchmarks::Eroded(missed, camera.width, camera.height, 1), camera.width, camera.height, 1);
+  for (std::size_t i = 0; i < missed.size(); ++i) sum.outline += missed[i] && !bare[i] && !wide[i];
   return sum;
+}
+
+double Share(std::uint64_t count, const Counts& of) {
+  return static_cast<double>(count) / static_cast<double>(std::max<std::uint64_t>(1, of.visible));
+}
+
+void Print(const std::string& name, const Counts& c) {
+  const auto number = [](std::uint64_t v) { return static_cast<unsigned long long>(v); };
+  std::printf(
+      "%-24s visible %9llu  missed %6llu (%.4f %%): bare %6llu  outline %6llu  gaps %6llu (%.4f "
+      "%%)\n",
+      name.c_str(), number(c.visible), number(c.missed()), 100 * Share(c.missed(), c),
+      number(c.bare), number(c.outline), number(c.gaps()), 100 * Share(c.gaps(), c));
 }
 
 int Run(int argc, char** argv) {
@@ -80,34 +132,31 @@ int Run(int argc, char** argv) {
   scene.cloud = std::shared_ptr<const Cloud>(level, &level->cloud);
   scene.surface.threshold = level->stats.threshold;
   const std::vector<Camera> cameras = PhotographCameras(*survey, options.max_side);
+  const PreparedPoints prepared = PreparePoints(*survey, true);
+  const NeighborSearch search(prepared.points.position);
+  const Wanted wanted{
+      truth, cameras, prepared.points.position, search, level->stats.spacing, options.through_m};
   auto renderer = MakeCpuRenderer();
   Counts total;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     RenderSettings settings;
     settings.planes.depth = true;
-    const Frame frame = renderer->Render(scene, cameras[i], settings);
-    const Counts counts = CountHoles(truth, cameras, i, frame, options.through_m);
-    std::printf("%-24s visible %8llu  empty %6llu  seen through %6llu\n",
-                survey->photographs[i].name.c_str(),
-                static_cast<unsigned long long>(counts.visible),
-                static_cast<unsigned long long>(counts.empty),
-                static_cast<unsigned long long>(counts.through));
-    total.visible += counts.visible;
-    total.empty += counts.empty;
-    total.through += counts.through;
+    const Counts counts = CountHoles(wanted, i, renderer->Render(scene, cameras[i], settings));
+    Print(survey->photographs[i].name, counts);
+    total += counts;
   }
-  const double share = static_cast<double>(total.empty + total.through) /
-                       static_cast<double>(std::max<std::uint64_t>(1, total.visible));
-  std::printf("level %s: %llu metaballs, visible %llu, missed %llu = %.4f %%\n",
-              options.level.c_str(), static_cast<unsigned long long>(level->cloud.size()),
-              static_cast<unsigned long long>(total.visible),
-              static_cast<unsigned long long>(total.empty + total.through), 100 * share);
-  benchmarks::WriteJson(options.json, nlohmann::json{{"level", options.level},
-                                                     {"metaballs", level->cloud.size()},
-                                                     {"visible", total.visible},
-                                                     {"empty", total.empty},
-                                                     {"through", total.through},
-                                                     {"missed_share", share}});
+  Print("level " + options.level, total);
+  benchmarks::WriteJson(options.json,
+                        nlohmann::ordered_json{{"level", options.level},
+                                               {"metaballs", level->cloud.size()},
+                                               {"visible", total.visible},
+                                               {"empty", total.empty},
+                                               {"through", total.through},
+                                               {"bare", total.bare},
+                                               {"outline", total.outline},
+                                               {"gaps", total.gaps()},
+                                               {"missed_share", Share(total.missed(), total)},
+                                               {"gap_share", Share(total.gaps(), total)}});
   return 0;
 }
 

@@ -154,8 +154,11 @@ PictureScore Compare(const Picture& picture, const Picture& reference,
   return score;
 }
 
-std::vector<char> Eroded(const std::vector<char>& mask, int width, int height, int radius,
-                         bool beyond_is_inside) {
+namespace {
+
+// Pixels all of whose square of 2 radius + 1 is set; `beyond` stands for what lies outside.
+std::vector<char> AllAround(const std::vector<char>& mask, int width, int height, int radius,
+                            bool beyond) {
   const auto along = [&](const std::vector<char>& in, int dx, int dy) {
     std::vector<char> out(in.size());
     for (int y = 0; y < height; ++y) {
@@ -164,7 +167,7 @@ std::vector<char> Eroded(const std::vector<char>& mask, int width, int height, i
         for (int k = -radius; all && k <= radius; ++k) {
           const int u = x + k * dx, v = y + k * dy;
           all = u < 0 || v < 0 || u >= width || v >= height
-                    ? beyond_is_inside
+                    ? beyond
                     : in[static_cast<std::size_t>(v) * width + u];
         }
         out[static_cast<std::size_t>(y) * width + x] = all;
@@ -173,6 +176,19 @@ std::vector<char> Eroded(const std::vector<char>& mask, int width, int height, i
     return out;
   };
   return along(along(mask, 1, 0), 0, 1);
+}
+
+}  // namespace
+
+std::vector<char> Eroded(const std::vector<char>& mask, int width, int height, int radius) {
+  return AllAround(mask, width, height, radius, false);
+}
+
+std::vector<char> Dilated(std::vector<char> mask, int width, int height, int radius) {
+  for (char& m : mask) m = !m;
+  mask = AllAround(mask, width, height, radius, true);
+  for (char& m : mask) m = !m;
+  return mask;
 }
 
 }  // namespace sherd::benchmarks

@@ -29,9 +29,10 @@ inline constexpr std::array<double, 3> kHighPassSigma = {2.0, 4.0, 8.0};  // pix
 PictureScore Compare(const Picture& picture, const Picture& reference,
                      const std::vector<char>& mask);
 
-// The mask without the pixels nearer than `radius` pixels (chessboard distance) to its outside;
-// what lies beyond the picture's edge is outside, or inside.
-std::vector<char> Eroded(const std::vector<char>& mask, int width, int height, int radius,
-                         bool beyond_is_inside = false);
+// The mask without the pixels nearer than `radius` pixels (chessboard distance) to its outside,
+// beyond the picture's edge included; and with the pixels as near to it. One after the other they
+// take away what is thinner than 2 radius + 1.
+std::vector<char> Eroded(const std::vector<char>& mask, int width, int height, int radius);
+std::vector<char> Dilated(std::vector<char> mask, int width, int height, int radius);
 
 }  // namespace sherd::benchmarks
