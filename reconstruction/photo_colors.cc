@@ -202,7 +202,8 @@ class Coloring {
     lookup->y = static_cast<float>(y);
     SetFootprint(ax - x, ay - y, bx - x, by - y, lookup);
     const double detail = std::min(1.0, double(lookup->width_px));
-    lookup->weight = static_cast<float>(cosine * cosine * detail * detail);
+    lookup->weight =
+        static_cast<float>(cosine * cosine * detail * detail * photos_.Unmasked(*lookup, center));
     return lookup->weight > 0;
   }
 
@@ -225,7 +226,7 @@ PhotoColorStats ColorFromPhotographs(const Survey& survey, const PhotoColorOptio
   PhotoColorStats stats;
   Coloring coloring(survey, options, level);
   PhotoSet& photos = coloring.photos();
-  photos.Prepare(std::vector<bool>(photos.size(), true));
+  photos.Prepare(std::vector<bool>(photos.size(), true), control);
   coloring.Look(control);
   if (options.even_exposures) coloring.EvenOut();
   if (photos.used() == 0 && !level->photo_idx.empty()) {
@@ -237,7 +238,7 @@ PhotoColorStats ColorFromPhotographs(const Survey& survey, const PhotoColorOptio
   coloring.Color(&stats);
   stats.photos_used = photos.used();
   stats.photos_unreadable = photos.unreadable();
-  if (!photos.problems().empty()) stats.warnings.push_back(photos.Warning());
+  stats.warnings = photos.Warnings();
   stats.seconds = watch.Seconds();
   return stats;
 }

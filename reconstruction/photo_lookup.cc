@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace sherd {
 namespace {
 
 constexpr double kMostCells = 8;             // along one axis
 constexpr double kPixelsOfFootprint = 1.33;  // at least so many pixels of a level in its width
+constexpr float kSurroundingsOctaves = 3;
 
 }  // namespace
 
@@ -60,9 +62,22 @@ Vec3f SampleFootprint(const PhotoPyramid& pyramid, const PhotoLookup& lookup) {
   return sum * (1.0f / static_cast<float>(n * m));
 }
 
-Vec3f SampleSurroundings(const PhotoPyramid& pyramid, const PhotoLookup& lookup, float octaves) {
+double FootprintReach(const PhotoLookup& lookup) {
+  const double pixel = std::ldexp(1.0, lookup.level);
+  // The corners of what the cubic takes, and of what is interpolated around the cells' centres.
+  if (lookup.along == 1 && lookup.across == 1) return 2.5 * std::numbers::sqrt2 * pixel;
+  const double sides = std::hypot(std::hypot(lookup.along_x, lookup.along_y),
+                                  std::hypot(lookup.across_x, lookup.across_y));
+  return sides / 2 + 1.5 * std::numbers::sqrt2 * pixel;
+}
+
+Vec3f SampleSurroundings(const PhotoPyramid& pyramid, const PhotoLookup& lookup) {
   const float width = std::log2(std::max(1.0f, lookup.width_px));
-  return pyramid.Sample(lookup.x, lookup.y, width + octaves);
+  return pyramid.Sample(lookup.x, lookup.y, width + kSurroundingsOctaves);
+}
+
+double SurroundingsWidth(const PhotoLookup& lookup) {
+  return std::exp2(kSurroundingsOctaves) * std::max(1.0, double(lookup.width_px));
 }
 
 }  // namespace sherd

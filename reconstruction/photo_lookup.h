@@ -30,7 +30,13 @@ void SetFootprint(double ax, double ay, double bx, double by, PhotoLookup* looku
 // where it holds only coarser ones, these are sampled.
 Vec3f SampleFootprint(const PhotoPyramid& pyramid, const PhotoLookup& lookup);
 
-// The same around it, smoothed as over a footprint 2^octaves times as wide.
-Vec3f SampleSurroundings(const PhotoPyramid& pyramid, const PhotoLookup& lookup, float octaves);
+// How far from (x, y) SampleFootprint looks where the pyramid holds the lookup's level, pixels of
+// the file.
+double FootprintReach(const PhotoLookup& lookup);
+
+// The colour around the footprint, smoothed over a width of SurroundingsWidth pixels of the file:
+// eight footprints.
+Vec3f SampleSurroundings(const PhotoPyramid& pyramid, const PhotoLookup& lookup);
+double SurroundingsWidth(const PhotoLookup& lookup);
 
 }  // namespace sherd

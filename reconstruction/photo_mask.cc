@@ -7,6 +7,7 @@
 #include "metaball/error.h"
 #include "reconstruction/camera_projector.h"
 #include "reconstruction/photo_file.h"
+#include "reconstruction/take_photographs.h"
 
 namespace sherd {
 
@@ -24,8 +25,13 @@ PhotoMask::PhotoMask(const std::string& path) {
 
 bool PhotoMask::Ignores(double u, double v) const {
   if (!(u >= 0 && v >= 0 && u < 1 && v < 1)) return true;
-  const auto x = static_cast<std::size_t>(u * width_), y = static_cast<std::size_t>(v * height_);
-  return ignored_[y * static_cast<std::size_t>(width_) + x];
+  return IgnoresPixel(static_cast<int>(u * width_), static_cast<int>(v * height_));
+}
+
+std::string MasksLeftOut(std::size_t count, const std::string& example) {
+  return Counted(count, "mask cannot be read, and its photograph is used",
+                 "masks cannot be read, and their photographs are used") +
+         " whole: " + example + (count > 1 ? " (and others)" : "");
 }
 
 std::size_t FindMasks(const std::string& folder, Survey* survey) {
@@ -91,10 +97,7 @@ std::uint64_t ApplyMasks(Survey* survey, const Control& control) {
   }
   points.photo_begin.back() = write;
   points.photo_idx.resize(write);
-  if (unreadable > 0) {
-    survey->warnings.push_back(std::to_string(unreadable) + " masks are left out: " + example +
-                               (unreadable > 1 ? " (and others)" : ""));
-  }
+  if (unreadable > 0) survey->warnings.push_back(MasksLeftOut(unreadable, example));
   return count;
 }
 

@@ -19,6 +19,11 @@ class PhotoMask {
 
   int width() const { return width_; }
   int height() const { return height_; }
+  // Whether a pixel, inside, is black.
+  bool IgnoresPixel(int x, int y) const {
+    return ignored_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+                    static_cast<std::size_t>(x)];
+  }
   // Whether the place at these fractions of width and height, [0, 1), is ignored; true outside.
   bool Ignores(double u, double v) const;
 
@@ -26,6 +31,10 @@ class PhotoMask {
   int width_ = 0, height_ = 0;
   std::vector<bool> ignored_;
 };
+
+// What people are told of `count` masks, at least one, that cannot be read; example: why one
+// cannot.
+std::string MasksLeftOut(std::size_t count, const std::string& example);
 
 // Sets Photograph::mask_path where `folder` has one. Returns for how many.
 std::size_t FindMasks(const std::string& folder, Survey* survey);

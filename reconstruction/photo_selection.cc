@@ -9,7 +9,7 @@ namespace {
 // Penalties, in radians of viewing direction (docs/fidelity.md has what each is worth).
 constexpr double kPerOctaveTooCoarse = 0.05;  // the picture's pixels finer than the photograph's
 constexpr double kAtAnOutline = 0.15;
-constexpr double kHalfHidden = 0.3;  // or in the middle of the border
+constexpr double kHalfHidden = 0.3;  // or in the middle of the border, or halfway to a mask
 constexpr double kNotListed = 0.05;  // the reconstruction did not use it here
 constexpr double kMost = 4.0;
 constexpr double kLeast = 0.02;  // below this, penalties count alike
@@ -94,22 +94,24 @@ void PhotoSelector::Choose(const ViewedPoint& point, std::uint32_t target,
     const PhotoSight sight =
         depths_.At(next.photo, point.hit, point.surface.normal, point.tolerance);
     // Where the depth map contradicts the reconstruction's own list, the list has half a say.
-    const double clear = std::max<double>(sight.visible, 0.5 * listed) *
-                         BorderWeight(x, y, view.width(), view.height());
+    double clear = std::max<double>(sight.visible, 0.5 * listed) *
+                   BorderWeight(x, y, view.width(), view.height());
     if (!(clear > 0.01)) continue;
     if (!view.Project(p + point.side_x, &ax, &ay) || !view.Project(p + point.side_y, &bx, &by)) {
       continue;
     }
     Choice choice;
-    SetFootprint(ax - x, ay - y, bx - x, by - y, &choice.lookup);
-    const double coarse = std::max(0.0, -std::log2(std::max(1e-3, double(choice.lookup.width_px))));
-    choice.penalty = angle + kPerOctaveTooCoarse * coarse + kAtAnOutline * (1 - sight.inside) +
-                     kHalfHidden * (1 / clear - 1) + kNotListed * (1 - listed);
-    if (!(choice.penalty < kMost)) continue;
     choice.lookup.target = target;
     choice.lookup.photo = next.photo;
     choice.lookup.x = static_cast<float>(x);
     choice.lookup.y = static_cast<float>(y);
+    SetFootprint(ax - x, ay - y, bx - x, by - y, &choice.lookup);
+    clear *= photos_.Unmasked(choice.lookup, p);
+    if (!(clear > 0)) continue;
+    const double coarse = std::max(0.0, -std::log2(std::max(1e-3, double(choice.lookup.width_px))));
+    choice.penalty = angle + kPerOctaveTooCoarse * coarse + kAtAnOutline * (1 - sight.inside) +
+                     kHalfHidden * (1 / clear - 1) + kNotListed * (1 - listed);
+    if (!(choice.penalty < kMost)) continue;
     std::size_t at = std::min(count, kMostPhotos);
     if (count > kMostPhotos && choice.penalty >= best[kMostPhotos].penalty) continue;
     for (; at > 0 && best[at - 1].penalty > choice.penalty; --at) best[at] = best[at - 1];
@@ -132,6 +134,9 @@ void PhotoSelector::Nearest(const Vec3d& point, const Vec3f& normal, const Vec3d
     const PhotoView* const view = photos_.View(photo);
     double x = 0, y = 0;
     if (!view || !view->Project(point, &x, &y)) continue;
+    PhotoLookup pixel;
+    pixel.photo = photo;
+    if (!(photos_.Unmasked(pixel, point) > 0)) continue;
     const Vec3d way = view->center() - point;
     const double distance = Length(way);
     if (!(Dot(way, normal.cast<double>()) > kLeastCosine * distance)) continue;

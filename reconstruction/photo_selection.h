@@ -35,12 +35,13 @@ class PhotoSelector {
   // (unstructured lumigraph rendering: Buehler, Bosse, McMillan, Gortler, Cohen 2001). Every
   // photograph that sees the place has a penalty: the angle between its direction and the viewer's,
   // and what it lacks in resolution, in distance from its border, from an outline, and in
-  // visibility. The weight falls from the least penalty to 0 at the penalty of the best photograph
-  // left out, so that none enters or leaves with a seam. Thread-safe.
+  // visibility or keeps too little from its mask. The weight falls from the least penalty to 0 at
+  // the penalty of the best photograph left out, so that none enters or leaves with a seam.
+  // Thread-safe.
   void Select(const ViewedPoint& point, std::uint32_t target, std::vector<PhotoLookup>* out) const;
 
-  // The photographs, most alike in direction first, in whose picture the point lies and that it
-  // faces; at most `most`. Depth maps are not asked.
+  // The photographs, most alike in direction first, in whose picture the point lies, unmasked, and
+  // that it faces; at most `most`. Depth maps are not asked.
   void Nearest(const Vec3d& point, const Vec3f& normal, const Vec3d& to_viewer, std::size_t most,
                std::vector<std::uint32_t>* out) const;
 

@@ -11,7 +11,8 @@ namespace sherd {
 PhotoSet::PhotoSet(const Survey& survey, std::size_t max_bytes,
                    const std::vector<std::uint32_t>& leave_out)
     : survey_(survey),
-      store_(max_bytes),
+      masks_(survey, max_bytes / 16),
+      store_(max_bytes - masks_.max_bytes()),
       views_(survey.photographs.size()),
       tried_(survey.photographs.size(), false),
       left_out_(survey.photographs.size(), false),
@@ -25,7 +26,7 @@ PhotoSet::PhotoSet(const Survey& survey, std::size_t max_bytes,
   }
 }
 
-void PhotoSet::Prepare(const std::vector<bool>& needed) {
+void PhotoSet::Prepare(const std::vector<bool>& needed, const Control& control) {
   for (std::size_t i = 0; i < views_.size(); ++i) {
     if (!needed[i] || tried_[i] || left_out_[i]) continue;
     tried_[i] = true;
@@ -35,6 +36,19 @@ void PhotoSet::Prepare(const std::vector<bool>& needed) {
       problems_.push_back(error.what());
     }
   }
+  std::vector<bool> shown(views_.size());
+  for (std::size_t i = 0; i < views_.size(); ++i) shown[i] = needed[i] && views_[i];
+  masks_.Read(shown, control);
+}
+
+double PhotoSet::Unmasked(const PhotoLookup& lookup, const Vec3d& point) const {
+  const MaskDistance* const mask = masks_.Of(lookup.photo);
+  if (!mask) return 1;
+  const PhotoView& view = *views_[lookup.photo];
+  double x, y;
+  if (!view.ProjectIntoOriginal(point, &x, &y)) return 0;
+  const double distance = mask->At(x, y) / view.original_px_per_px();
+  return std::clamp((distance - FootprintReach(lookup)) / SurroundingsWidth(lookup), 0.0, 1.0);
 }
 
 void PhotoSet::Visit(const std::vector<PhotoLookup>& lookups, const char* what,
@@ -93,11 +107,17 @@ std::uint64_t PhotoSet::unreadable() const {
   return count;
 }
 
-std::string PhotoSet::Warning() const {
+std::vector<std::string> PhotoSet::Warnings() const {
+  std::vector<std::string> warnings;
   const std::size_t count = problems_.size();
-  if (count == 0) return "";
-  return std::to_string(count) + (count == 1 ? " photograph" : " photographs") +
-         " could not be used: " + problems_.front() + (count > 1 ? " (and others)" : "");
+  if (count > 0) {
+    warnings.push_back(std::to_string(count) + (count == 1 ? " photograph" : " photographs") +
+                       " could not be used: " + problems_.front() +
+                       (count > 1 ? " (and others)" : ""));
+  }
+  const std::string masks = masks_.Warning();
+  if (!masks.empty()) warnings.push_back(masks);
+  return warnings;
 }
 
 }  // namespace sherd

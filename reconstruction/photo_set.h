@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "metaball/control.h"
+#include "reconstruction/mask_distance.h"
 #include "reconstruction/photo_lookup.h"
 #include "reconstruction/photo_store.h"
 #include "reconstruction/photo_view.h"
@@ -17,19 +18,26 @@ namespace sherd {
 
 class PhotoSet {
  public:
-  // max_bytes: of pixels held at any time. leave_out: never looked up. The survey must outlive it.
+  // max_bytes: of pixels held at any time, a sixteenth of it for masks where there are any.
+  // leave_out: never looked up. The survey must outlive it.
   PhotoSet(const Survey& survey, std::size_t max_bytes,
            const std::vector<std::uint32_t>& leave_out);
 
   const Survey& survey() const { return survey_; }
   std::size_t size() const { return views_.size(); }
 
-  // Reads the headers of the photographs that were not asked for before.
-  void Prepare(const std::vector<bool>& needed);
+  // Reads the headers and the masks of the photographs that were not asked for before. One whose
+  // mask cannot be read is used whole. Throws Cancelled.
+  void Prepare(const std::vector<bool>& needed, const Control& control = {});
   // Null for one that is left out, cannot be read or was not prepared.
   const PhotoView* View(std::size_t photo) const {
     return photo < views_.size() && views_[photo] ? &*views_[photo] : nullptr;
   }
+
+  // The weight that the mask of lookup.photo, which has a view, leaves a lookup at `point`: 0 where
+  // SampleFootprint would look at a black pixel, growing to 1 over the width of its surroundings.
+  // 1 without a mask.
+  double Unmasked(const PhotoLookup& lookup, const Vec3d& point) const;
 
   // Calls visit(i, pyramid) once for every lookup whose photograph can be read, each photograph
   // decoded once, in parallel: two calls for one photograph may run at once. `what` is reported.
@@ -42,12 +50,13 @@ class PhotoSet {
   void ClearUsed() { used_.assign(views_.size(), false); }
   std::uint64_t unreadable() const;
   const std::vector<std::string>& problems() const { return problems_; }  // one line each
-  // The problems in one line for whoever asked for the photographs; empty where there are none.
-  std::string Warning() const;
-  std::size_t MemoryBytes() const { return store_.MemoryBytes(); }
+  // For whoever asked for the photographs: a line for those that cannot be used, one for the masks
+  // that cannot be read; none where all can.
+  std::vector<std::string> Warnings() const;
 
  private:
   const Survey& survey_;
+  MaskDistances masks_;
   PhotoStore store_;
   std::vector<std::optional<PhotoView>> views_;
   std::vector<bool> tried_, left_out_, used_;

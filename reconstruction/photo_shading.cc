@@ -27,9 +27,9 @@ constexpr std::size_t kMostLevels = 4;  // whose depth maps are kept
 // Places at which exposures are compared, and photographs that look at each.
 constexpr std::size_t kExposurePlaces = 8000;
 constexpr std::size_t kExposurePhotos = 8;
-// What is finer than this is taken from the best photograph almost alone, what is coarser is
-// blended from all (Burt and Adelson's idea with two bands, over weights instead of masks).
-constexpr float kBandOctaves = 3;
+// What is finer than a lookup's surroundings is taken from the best photograph almost alone, what
+// is coarser is blended from all (Burt and Adelson's idea with two bands, over weights instead of
+// masks).
 constexpr float kSharpness = 3;  // exponent of the fine band's weights
 // A photograph whose surroundings differ from the others' median by this much (natural logarithm)
 // has half its weight.
@@ -183,6 +183,7 @@ void PhotographShader::Impl::FindGains(const Level& level, SurfaceDepths* depths
       lookup.x = static_cast<float>(x);
       lookup.y = static_cast<float>(y);
       SetFootprint(ax - x, ay - y, bx - x, by - y, &lookup);
+      if (!(photos.Unmasked(lookup, center) > 0)) return;
       lookups.push_back(lookup);
       ++count;
     };
@@ -322,7 +323,7 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
   PhotoShadingStats stats;
   PhotoSet& photos = impl_->photos;
   photos.ClearUsed();
-  photos.Prepare(std::vector<bool>(photos.size(), true));
+  photos.Prepare(std::vector<bool>(photos.size(), true), control);
   SurfaceDepths& depths = impl_->DepthsOf(level, surface);
   if (impl_->gain.empty() && impl_->options.even_exposures) {
     impl_->FindGains(level, &depths, control);
@@ -352,7 +353,7 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
           const PhotoLookup& lookup = band.lookups[i];
           const Vec3f gain = impl_->gain.empty() ? Vec3f{1, 1, 1} : impl_->gain[lookup.photo];
           samples[i] = {Times(SampleFootprint(pyramid, lookup), gain),
-                        Times(SampleSurroundings(pyramid, lookup, kBandOctaves), gain), true};
+                        Times(SampleSurroundings(pyramid, lookup), gain), true};
         },
         control);
     for (std::size_t i = 0; i < band.pixel.size(); ++i) {
@@ -379,7 +380,7 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
   }
   stats.photos_used = photos.used();
   stats.photos_unreadable = photos.unreadable();
-  if (!photos.problems().empty()) stats.warnings.push_back(photos.Warning());
+  stats.warnings = photos.Warnings();
   stats.seconds = watch.Seconds();
   return stats;
 }

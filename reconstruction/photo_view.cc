@@ -28,7 +28,8 @@ Source SourceOf(const Survey& survey, const Photograph& photo) {
 }  // namespace
 
 PhotoView::PhotoView(const Survey& survey, std::size_t idx)
-    : projector_(survey.cameras[survey.photographs[idx].camera_idx]) {
+    : projector_(survey.cameras[survey.photographs[idx].camera_idx]),
+      original_projector_(projector_) {
   const Photograph& photo = survey.photographs[idx];
   const Source source = SourceOf(survey, photo);
   const SurveyCamera& camera = survey.cameras[source.camera_idx];
@@ -40,20 +41,37 @@ PhotoView::PhotoView(const Survey& survey, std::size_t idx)
   center_ = cam_from_world_.Center();
   scale_x_ = static_cast<double>(width_) / static_cast<double>(camera.width);
   scale_y_ = static_cast<double>(height_) / static_cast<double>(camera.height);
+  double fx, fy, cx, cy;
+  const SurveyCamera& original = survey.cameras[photo.original_camera_idx];
+  original_projector_ = CameraProjector(original);
+  original_width_ = static_cast<double>(original.width);
+  original_height_ = static_cast<double>(original.height);
+  camera.Pinhole(&fx, &fy, &cx, &cy);
+  original_px_per_px_ = 1 / (fx * scale_x_);
+  original.Pinhole(&fx, &fy, &cx, &cy);
+  original_px_per_px_ *= fx;
   if (survey.dense_pixel_offset != 0) {
     // The offset is one of the dense stage's camera; as an angle it is the original's as well.
-    double fx, fy, cx, cy;
     survey.cameras[photo.camera_idx].Pinhole(&fx, &fy, &cx, &cy);
     offset_u_ = survey.dense_pixel_offset / fx;
     offset_v_ = survey.dense_pixel_offset / fy;
   }
 }
 
-bool PhotoView::Project(const Vec3d& point_in_world, double* x, double* y) const {
+Vec3d PhotoView::InCamera(const Vec3d& point_in_world) const {
   Vec3d p = cam_from_world_.Apply(point_in_world);
   p.x += offset_u_ * p.z;
   p.y += offset_v_ * p.z;
-  if (!projector_.Project(p, x, y)) return false;
+  return p;
+}
+
+bool PhotoView::ProjectIntoOriginal(const Vec3d& point_in_world, double* x, double* y) const {
+  return original_projector_.Project(InCamera(point_in_world), x, y) && *x >= 0 && *y >= 0 &&
+         *x <= original_width_ && *y <= original_height_;
+}
+
+bool PhotoView::Project(const Vec3d& point_in_world, double* x, double* y) const {
+  if (!projector_.Project(InCamera(point_in_world), x, y)) return false;
   *x *= scale_x_;
   *y *= scale_y_;
   return *x >= 0 && *y >= 0 && *x <= width_ && *y <= height_;

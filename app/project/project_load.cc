@@ -25,12 +25,13 @@ std::shared_ptr<const Survey> Project::LoadSurveyFromCache(const Control& contro
 
   bool all_there = true;
   for (Photograph& photograph : survey->photographs) {
-    for (std::string* picture :
-         {&photograph.path, &photograph.original_path, &photograph.mask_path}) {
+    for (std::string* picture : {&photograph.path, &photograph.original_path}) {
       if (picture->empty()) continue;
       *picture = Resolve(*picture);
       if (!fs::exists(*picture, error)) picture->clear();
     }
+    // A mask that has gone stays named, so that whoever looks for it says so.
+    if (!photograph.mask_path.empty()) photograph.mask_path = Resolve(photograph.mask_path);
     all_there = all_there && !photograph.path.empty();
   }
   if (!all_there) {

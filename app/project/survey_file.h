@@ -6,7 +6,8 @@
 //   uint32 photographs, each: uint32 image_id, uint32 camera_idx, float64 qw qx qy qz tx ty tz,
 //     text name, text path (relative to the project's folder; empty: not found), text original
 //     path, uint32 its camera_idx, text mask path (from version 2)
-//   uint64 points n, uint32 channels (1 colour, 2 normal, 4 error, 8 photographs, 16 dense)
+//   uint64 points n, uint32 channels (1 colour, 2 normal, 4 error, 8 photographs, 16 dense),
+//   float64 dense_pixel_offset
 //   float64[3 n] position, uint8[3 n] colour, float32[3 n] normal, float32[n] error,
 //   uint64 total, uint32[n] photographs of each point, uint32[total] photo_idx
 // outline.bin: uint64 n, float64[3 n] position of some points

@@ -92,6 +92,20 @@ TEST_F(ProjectTest, ImportIsSavedAndOpens) {
   EXPECT_FALSE(project.MakeViewContext().points.empty());
 }
 
+TEST_F(ProjectTest, MasksAreRememberedAlsoWhenTheyHaveGone) {
+  ImportOptions options = Options();
+  options.mask_folder = folder_ + "/masks";
+  fs::create_directory(options.mask_folder);
+  const std::string mask = options.mask_folder + "/photo_2.png.png";
+  testing::WriteText(mask, "P5\n2 1\n255\n" + std::string("\0\xff", 2));
+  const Project project = ImportSurvey(options, path_);
+  EXPECT_EQ(project.LoadSurveyFromCache()->photographs[2].mask_path, mask);
+  EXPECT_EQ(project.LoadSurveyFromCache()->photographs[0].mask_path, "");
+  // Whoever reads it is to say that it is missing.
+  fs::remove(mask);
+  EXPECT_EQ(project.LoadSurveyFromCache()->photographs[2].mask_path, mask);
+}
+
 TEST_F(ProjectTest, LevelsAreBuiltSavedAndLoaded) {
   Project project = Import();
   BuildLevels(&project, {2000, 500}, {});

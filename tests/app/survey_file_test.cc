@@ -39,6 +39,9 @@ void ExpectEqual(const Survey& a, const Survey& b) {
     EXPECT_EQ(a.photographs[i].name, b.photographs[i].name);
     EXPECT_EQ(a.photographs[i].path, b.photographs[i].path);
     EXPECT_EQ(a.photographs[i].camera_idx, b.photographs[i].camera_idx);
+    EXPECT_EQ(a.photographs[i].original_path, b.photographs[i].original_path);
+    EXPECT_EQ(a.photographs[i].original_camera_idx, b.photographs[i].original_camera_idx);
+    EXPECT_EQ(a.photographs[i].mask_path, b.photographs[i].mask_path);
     const Rigid3d &p = a.photographs[i].cam_from_world, &q = b.photographs[i].cam_from_world;
     EXPECT_EQ(std::memcmp(&p, &q, sizeof p), 0);
   }
@@ -49,6 +52,62 @@ void ExpectEqual(const Survey& a, const Survey& b) {
   EXPECT_EQ(a.points.photo_begin, b.points.photo_begin);
   EXPECT_EQ(a.points.photo_idx, b.points.photo_idx);
   EXPECT_EQ(a.dense, b.dense);
+  EXPECT_EQ(a.dense_pixel_offset, b.dense_pixel_offset);
+}
+
+// Every field of a photograph and of the survey set, differently for each photograph.
+Survey FullSurvey(int points) {
+  Survey survey = testing::WavySurvey(points);
+  survey.dense = true;
+  survey.dense_pixel_offset = -0.1;
+  survey.cameras.push_back({9, CameraModelId::kSimpleRadial, 200, 150, {180, 100, 75, -0.1}});
+  for (std::size_t i = 0; i < survey.photographs.size(); ++i) {
+    Photograph& photograph = survey.photographs[i];
+    photograph.original_path = "../originals/" + photograph.name;
+    photograph.original_camera_idx = static_cast<std::uint32_t>((i + 1) % 2);
+    if (i % 2 == 0) photograph.mask_path = "m\u00e4sks/" + photograph.name + ".png";
+  }
+  return survey;
+}
+
+// survey.bin as version 1 had it, by the layout in survey_file.h: no mask paths. Every channel.
+void WriteVersion1(const std::string& path, const Survey& survey) {
+  CheckedWriter out(path, "SHERDSV\n", 1);
+  out.Value(static_cast<std::uint32_t>(survey.cameras.size()));
+  for (const SurveyCamera& camera : survey.cameras) {
+    out.Value(camera.camera_id);
+    out.Value(static_cast<std::int32_t>(camera.model));
+    out.Value(std::uint64_t{camera.width});
+    out.Value(std::uint64_t{camera.height});
+    out.Value(static_cast<std::uint32_t>(camera.parameters.size()));
+    out.Array(camera.parameters);
+  }
+  out.Value(static_cast<std::uint32_t>(survey.photographs.size()));
+  for (const Photograph& photograph : survey.photographs) {
+    const Rigid3d& pose = photograph.cam_from_world;
+    out.Value(photograph.image_id);
+    out.Value(photograph.camera_idx);
+    out.Array(std::vector<double>{pose.qw, pose.qx, pose.qy, pose.qz, pose.translation.x,
+                                  pose.translation.y, pose.translation.z});
+    out.Text(photograph.name);
+    out.Text(photograph.path);
+    out.Text(photograph.original_path);
+    out.Value(photograph.original_camera_idx);
+  }
+  const SurveyPoints& points = survey.points;
+  out.Value(std::uint64_t{points.size()});
+  out.Value(std::uint32_t{1 + 2 + 4 + 8 + 16});
+  out.Value(survey.dense_pixel_offset);
+  out.Array(points.position);
+  out.Array(points.color);
+  out.Array(points.normal);
+  out.Array(points.error);
+  out.Value(std::uint64_t{points.photo_idx.size()});
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    out.Value(static_cast<std::uint32_t>(points.photo_begin[i + 1] - points.photo_begin[i]));
+  }
+  out.Array(points.photo_idx);
+  out.Commit();
 }
 
 TEST(Crc32, KnownValues) {
@@ -60,10 +119,19 @@ TEST(Crc32, KnownValues) {
 
 TEST(SurveyFile, KeepsEveryBit) {
   const std::string path = testing::FreshFolder("out") + "/survey.bin";
-  Survey survey = testing::WavySurvey(900);
-  survey.dense = true;
+  Survey survey = FullSurvey(900);
   survey.photographs[2].path = "images/n\u00e4me with blanks.png";
   WriteSurveyFile(path, survey);
+  ExpectEqual(ReadSurveyFile(path), survey);
+}
+
+TEST(SurveyFile, ReadsVersion1WhichHadNoMasks) {
+  const std::string path = testing::FreshFolder("out") + "/survey.bin";
+  Survey survey = FullSurvey(900);
+  ASSERT_EQ(survey.points.normal.size(), survey.points.size());
+  ASSERT_EQ(survey.points.error.size(), survey.points.size());
+  WriteVersion1(path, survey);
+  for (Photograph& photograph : survey.photographs) photograph.mask_path.clear();
   ExpectEqual(ReadSurveyFile(path), survey);
 }
 

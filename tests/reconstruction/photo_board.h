@@ -43,6 +43,7 @@ struct Board {
   Level level;
 
   // The linear colour a photograph shows of a place of the board.
+  static constexpr double kDistortion = -0.15;
   using Paint = std::function<Vec3f(int photo, const Vec3d& p)>;
   static Vec3d EyeOf(int photo) { return {-0.5 + 0.5 * photo, 0, 0}; }
 
@@ -51,30 +52,18 @@ struct Board {
   explicit Board(
       double scale = 1, double shift = 0, int photos = 3,
       const Paint& paint = [](int, const Vec3d& p) { return BoardColor(p); }) {
-    survey.cameras.push_back({1, CameraModelId::kSimpleRadial, 800, 600, {700, 400, 300, -0.15}});
+    survey.cameras.push_back(
+        {1, CameraModelId::kSimpleRadial, 800, 600, {700, 400, 300, kDistortion}});
     for (int i = 0; i < photos; ++i) {
       Photograph photo;
       photo.name = std::to_string(i) + ".ppm";
       photo.path = folder + "/" + photo.name;
       photo.cam_from_world = PoseAt(EyeOf(i), 0.1 * (1 - i));
       survey.photographs.push_back(photo);
-      const SurveyCamera& camera = survey.cameras[0];
-      const Rigid3d& pose = photo.cam_from_world;
       WritePpm(photo.path, static_cast<int>(800 * scale), static_cast<int>(600 * scale),
                [&](int x, int y) {
-                 // The board point this pixel shows: Newton by fixed point on the distortion.
-                 const double px = (x + 0.5) / scale - shift, py = (y + 0.5) / scale - shift;
-                 const double u0 = (px - 400) / 700, v0 = (py - 300) / 700;
-                 double u = u0, v = v0;
-                 for (int k = 0; k < 30; ++k) {
-                   const double f = 1 + camera.parameters[3] * (u * u + v * v);
-                   u = u0 / f;
-                   v = v0 / f;
-                 }
-                 const Vec3d direction = pose.InverseRotate({u, v, 1});
-                 const Vec3d eye = pose.Center();
-                 const Vec3d p = eye + direction * ((4 - eye.z) / direction.z);
-                 return Rgb8FromLinear(paint(i, p));
+                 return Rgb8FromLinear(paint(i, PlaceAt(i, kDistortion, (x + 0.5) / scale - shift,
+                                                        (y + 0.5) / scale - shift)));
                });
     }
     survey.points.photo_begin.push_back(0);
@@ -88,6 +77,34 @@ struct Board {
       }
     }
     Build();
+  }
+
+  // The place that a photograph shows at (x, y), taken with this much radial distortion: Newton by
+  // fixed point.
+  Vec3d PlaceAt(int photo, double distortion, double x, double y) const {
+    const double u0 = (x - 400) / 700, v0 = (y - 300) / 700;
+    double u = u0, v = v0;
+    for (int k = 0; k < 30; ++k) {
+      const double f = 1 + distortion * (u * u + v * v);
+      u = u0 / f;
+      v = v0 / f;
+    }
+    const Rigid3d& pose = survey.photographs[photo].cam_from_world;
+    const Vec3d direction = pose.InverseRotate({u, v, 1}), eye = pose.Center();
+    return eye + direction * ((4 - eye.z) / direction.z);
+  }
+
+  // Masks a photograph, pixel by pixel of the original, where `masked` says so of the place.
+  void Mask(int photo, const std::function<bool(const Vec3d& p)>& masked) {
+    Photograph& masked_photo = survey.photographs[photo];
+    masked_photo.mask_path = folder + "/masks/" + masked_photo.name + ".png";
+    std::string bytes = "P5\n800 600\n255\n";
+    for (int y = 0; y < 600; ++y) {
+      for (int x = 0; x < 800; ++x) {
+        bytes += masked(PlaceAt(photo, kDistortion, x + 0.5, y + 0.5)) ? '\0' : '\xff';
+      }
+    }
+    WriteFile(masked_photo.mask_path, bytes);
   }
 
   void Build() {

@@ -319,7 +319,7 @@ TEST(Photographs, MasksTakeThemOutOfTheListsOfPoints) {
   // One that is no picture is left out.
   options.mask_folder = root + "/masks";
   WriteFile(root + "/masks/right.jpg.png", "no picture");
-  EXPECT_THAT(LoadSurvey(w, options).warnings, Contains(HasSubstr("1 masks are left out")));
+  EXPECT_THAT(LoadSurvey(w, options).warnings, Contains(HasSubstr("1 mask cannot be read")));
 }
 
 // A resize is scaled by width and height; one that does not keep the shape is named.
