@@ -111,8 +111,11 @@ PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers,
 // surface bends (local regression of degree 1 and 2 whose scale is chosen by the intersection of
 // confidence intervals: Katkovnik 1999; for points: Xu and Foi, "Anisotropic denoising of 3D point
 // clouds by aggregation of multiple surface-adaptive estimates", 2021). Points whose surroundings
-// are no surface stay. Deterministic. Throws Cancelled, and then nothing has changed.
-void SmoothNoise(PreparedPoints* points, const Control& control = {});
+// are no surface stay. `remove_outliers`: points that still stand out go, those through which
+// hardly any neighbour's tangent plane passes (the plane fit criterion of Weyrich et al.,
+// "Post-processing of scanned 3D surface data", 2004). Deterministic. Throws Cancelled, and then
+// nothing has changed.
+void SmoothNoise(bool remove_outliers, PreparedPoints* points, const Control& control = {});
 
 // Needed once before nested levels are built. Throws Cancelled; InputError for kVoxel, whose cells
 // do not nest.

@@ -6,7 +6,6 @@
 
 #include "metaball/error.h"
 #include "metaball/morton.h"
-#include "reconstruction/hovering.h"
 #include "reconstruction/level.h"
 #include "reconstruction/local_plane.h"
 #include "reconstruction/memory.h"
@@ -151,7 +150,6 @@ PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const C
     std::vector<char> stray(n, 0);
     FindSparse(search, out.points.position, mean, &stray, control);
     FindSeenThrough(survey, out.points, out.spacing, &stray, control);
-    FindHovering(survey, out.points, search, out.spacing, &stray, control);
     FindClumps(search, out.spacing, &stray, control);
     std::vector<std::uint32_t> kept;
     kept.reserve(n);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "reconstruction/camera_projector.h"
@@ -13,15 +12,13 @@ namespace sherd {
 namespace {
 
 constexpr std::size_t kBlock = 4096;
-// A grid over a picture so coarse that about this many of its points fall into a cell.
-constexpr double kPointsPerCell = 3.0;
-constexpr std::size_t kFewestPoints = 300;  // of a photograph that may testify
-// How far in front of everything behind it a point must lie: in spacings, and as a share of the
-// distance (the noise of stereo grows with it).
-constexpr double kMarginSpacings = 3.0;
-constexpr double kMarginOfDistance = 0.002;
+constexpr double kPointsPerCell = 1.0;          // of a photograph, in the grid over its picture
+constexpr std::size_t kFewestPoints = 300;      // of a photograph that may testify
+constexpr double kBeside = 1.0, kBehind = 1.0;  // spacings
+constexpr double kFarthestBeside = 4.0;         // cells: where points are few, no more are read
+constexpr int kFewestBehind = 3;
 constexpr std::uint64_t kFewestWitnesses = 3;
-constexpr double kMostProjections = 1e9;  // about half a minute of one core
+constexpr double kMostProjections = 1e9;  // about a minute of one core
 
 // For each photograph the points it is listed for.
 struct PointsOfPhotos {
@@ -41,61 +38,68 @@ struct PointsOfPhotos {
   }
 };
 
-// The nearest depth at which a photograph sees its own points, in a coarse grid over the picture.
-class NearestDepths {
+// Where a photograph sees the points it lists, in the cells of a grid over the picture.
+class SeenPoints {
  public:
-  NearestDepths(const SurveyCamera& camera, std::size_t points)
+  SeenPoints(const SurveyCamera& camera, std::size_t most)
       : width_(static_cast<double>(camera.width)), height_(static_cast<double>(camera.height)) {
-    const double cells = std::max(1.0, static_cast<double>(points) / kPointsPerCell);
-    const double side = std::sqrt(width_ * height_ / cells);
-    columns_ = std::max(1, static_cast<int>(width_ / side));
-    rows_ = std::max(1, static_cast<int>(height_ / side));
-    nearest_.assign(static_cast<std::size_t>(columns_) * rows_,
-                    std::numeric_limits<double>::infinity());
+    cell_ = std::sqrt(width_ * height_ * kPointsPerCell /
+                      static_cast<double>(std::max<std::size_t>(1, most)));
+    columns_ = static_cast<std::uint32_t>(width_ / cell_) + 1;
+    rows_ = static_cast<std::uint32_t>(height_ / cell_) + 1;
+    seen_.reserve(most);
   }
 
-  void Add(double x, double y, double depth) {
-    int column, row;
-    if (!Locate(x, y, &column, &row)) return;
-    double& nearest = nearest_[IndexOf(column, row)];
-    nearest = std::min(nearest, depth);
+  // (x, y): pixels.
+  void Add(double x, double y, double distance) {
+    if (!IsInside(x, y)) return;
+    seen_.push_back({RowOf(y) * columns_ + ColumnOf(x), static_cast<float>(x),
+                     static_cast<float>(y), static_cast<float>(distance)});
   }
 
-  // The nearest depth in the cell of (x, y) and those around it; infinite where the cell itself, or
-  // most of its surroundings, hold no point: there the photograph says nothing.
-  double Around(double x, double y) const {
-    int column, row;
-    if (!Locate(x, y, &column, &row)) return kNothing;
-    if (nearest_[IndexOf(column, row)] == kNothing) return kNothing;
-    double nearest = kNothing;
-    int filled = 0;
-    for (int r = std::max(0, row - 1); r <= std::min(rows_ - 1, row + 1); ++r) {
-      for (int c = std::max(0, column - 1); c <= std::min(columns_ - 1, column + 1); ++c) {
-        const double depth = nearest_[IndexOf(c, r)];
-        filled += depth < kNothing;
-        nearest = std::min(nearest, depth);
+  // Once, after the last Add.
+  void Sort() {
+    std::sort(seen_.begin(), seen_.end(),
+              [](const Seen& a, const Seen& b) { return a.cell < b.cell; });
+    begin_.assign(static_cast<std::size_t>(columns_) * rows_ + 1, 0);
+    for (const Seen& s : seen_) ++begin_[s.cell + 1];
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+  }
+
+  // Whether enough is seen within `radius` pixels of (x, y), and all of it beyond `distance`.
+  bool OnlyBeyond(double x, double y, double radius, double distance) const {
+    if (!IsInside(x, y)) return false;
+    radius = std::min(radius, kFarthestBeside * cell_);
+    const std::uint32_t left = ColumnOf(std::max(0.0, x - radius));
+    const std::uint32_t right = std::min(columns_ - 1, ColumnOf(x + radius));
+    const std::uint32_t bottom = std::min(rows_ - 1, RowOf(y + radius));
+    int count = 0;
+    for (std::uint32_t row = RowOf(std::max(0.0, y - radius)); row <= bottom; ++row) {
+      const std::size_t first = static_cast<std::size_t>(row) * columns_;
+      for (std::uint32_t k = begin_[first + left]; k < begin_[first + right + 1]; ++k) {
+        const double dx = seen_[k].x - x, dy = seen_[k].y - y;
+        if (dx * dx + dy * dy > radius * radius) continue;
+        if (seen_[k].distance < distance) return false;
+        ++count;
       }
     }
-    return filled >= 5 ? nearest : kNothing;
+    return count >= kFewestBehind;
   }
-
-  static constexpr double kNothing = std::numeric_limits<double>::infinity();
 
  private:
-  // The cell that holds (x, y); false outside the picture.
-  bool Locate(double x, double y, int* column, int* row) const {
-    if (!(x >= 0 && y >= 0 && x < width_ && y < height_)) return false;
-    *column = static_cast<int>(x / width_ * columns_);
-    *row = static_cast<int>(y / height_ * rows_);
-    return true;
-  }
-  std::size_t IndexOf(int column, int row) const {
-    return static_cast<std::size_t>(row) * columns_ + column;
-  }
+  struct Seen {
+    std::uint32_t cell;
+    float x, y, distance;
+  };
 
-  double width_, height_;
-  int columns_ = 1, rows_ = 1;
-  std::vector<double> nearest_;
+  bool IsInside(double x, double y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
+  std::uint32_t ColumnOf(double x) const { return static_cast<std::uint32_t>(x / cell_); }
+  std::uint32_t RowOf(double y) const { return static_cast<std::uint32_t>(y / cell_); }
+
+  double width_, height_, cell_ = 1;
+  std::uint32_t columns_ = 1, rows_ = 1;
+  std::vector<Seen> seen_;
+  std::vector<std::uint32_t> begin_;
 };
 
 }  // namespace
@@ -122,22 +126,25 @@ void FindSeenThrough(const Survey& survey, const SurveyPoints& points,
         const Photograph& photo = survey.photographs[p];
         const SurveyCamera& camera = survey.cameras[photo.camera_idx];
         const CameraProjector projector(camera);
-        NearestDepths depths(camera, end - begin);
+        double focal, fy, cx, cy;
+        camera.Pinhole(&focal, &fy, &cx, &cy);
+        SeenPoints seen(camera, end - begin);
         double x = 0, y = 0;
         for (std::uint64_t k = begin; k < end; ++k) {
           const std::uint32_t i = of_photo.point[k];
           if ((*stray)[i]) continue;
           const Vec3d q = photo.cam_from_world.Apply(points.position[i]);
-          if (projector.Project(q, &x, &y)) depths.Add(x, y, Length(q));
+          if (projector.Project(q, &x, &y)) seen.Add(x, y, Length(q));
         }
+        seen.Sort();
         for (std::size_t i = 0; i < n; ++i) {
           if (i % (1 << 16) == 0) control.ThrowIfStopped();
+          if ((*stray)[i]) continue;
           const Vec3d q = photo.cam_from_world.Apply(points.position[i]);
           if (!projector.Project(q, &x, &y)) continue;
-          const double distance = Length(q);
-          const double behind = depths.Around(x, y);
-          const double margin = kMarginSpacings * double(spacing[i]) + kMarginOfDistance * distance;
-          if (behind < NearestDepths::kNothing && distance + margin < behind) {
+          const double distance = Length(q), apart = spacing[i];
+          if (seen.OnlyBeyond(x, y, kBeside * apart * focal / distance,
+                              distance + kBehind * apart)) {
             witnesses[i].fetch_add(1, std::memory_order_relaxed);
           }
         }

@@ -147,7 +147,7 @@ int Run(int argc, char** argv) {
   Survey survey = LoadSurvey(InspectWorkspace(options.workspace), {});
   if (options.dense_offset) survey.dense_pixel_offset = *options.dense_offset;
   PreparedPoints points = PreparePoints(survey, true);
-  if (!options.keep_noise) SmoothNoise(&points);
+  if (!options.keep_noise) SmoothNoise(true, &points);
   LevelOptions full;
   full.target_count = points.points.size();
   const Level reference_level = BuildLevel(points, survey, full);

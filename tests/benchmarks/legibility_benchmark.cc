@@ -379,7 +379,7 @@ int RunBoard(const Options& options) {
   LevelOptions level_options;
   level_options.target_count = ParseCount(options.level);
   PreparedPoints points = PreparePoints(survey, true);
-  SmoothNoise(&points);
+  SmoothNoise(true, &points);
   const Level level = BuildLevel(points, survey, level_options);
   const Camera camera = CameraOfPhotograph(survey, best), truth = CameraOfPhotograph(plain, best);
   int missed = 0;

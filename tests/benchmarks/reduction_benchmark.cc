@@ -92,7 +92,7 @@ int Run(int argc, char** argv) {
   };
   PreparedPoints points;
   report("prepare", Measure([&] { points = PreparePoints(survey, true); }));
-  report("smooth the noise", Measure([&] { SmoothNoise(&points); }));
+  report("smooth the noise", Measure([&] { SmoothNoise(true, &points); }));
   LevelOptions options;
   options.target_count = ParseCount(target);
   for (const std::string& name : ReductionNames()) {

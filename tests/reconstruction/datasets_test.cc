@@ -80,8 +80,9 @@ TEST(Datasets, AlexanderDense) {
   EXPECT_EQ(s.dense_pixel_offset, 0.5);
 
   const PreparedPoints p = PreparePoints(s, true);
-  EXPECT_GT(p.outliers, 5000u);
-  EXPECT_LT(p.outliers, 30000u);
+  // A tenth of the points hangs along outlines, in front of what other photographs see.
+  EXPECT_GT(p.outliers, 35000u);
+  EXPECT_LT(p.outliers, 50000u);
   LevelOptions options;
   options.target_count = 63000;
   const Level level = BuildLevel(p, s, options);

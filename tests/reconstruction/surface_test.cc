@@ -135,7 +135,7 @@ TEST(Surface, NoiseIsSmoothedAndASurfaceWithoutNoiseStays) {
   const Sheet sheet = HeightField(28000, waves, noise);
   PreparedPoints points = PreparePoints(sheet.survey, false);
   const SurveyPoints before = points.points;
-  SmoothNoise(&points);
+  SmoothNoise(false, &points);
   EXPECT_NEAR(RmsDistance(before, waves), noise, 0.02 * noise);
   EXPECT_LT(RmsDistance(points.points, waves), 0.35 * noise);
   for (std::size_t i = 0; i < before.size(); ++i) {
@@ -150,7 +150,7 @@ TEST(Surface, NoiseIsSmoothedAndASurfaceWithoutNoiseStays) {
 
   const Sheet clean = HeightField(28000, waves, 0.0);
   PreparedPoints same = PreparePoints(clean.survey, false);
-  SmoothNoise(&same);
+  SmoothNoise(false, &same);
   EXPECT_LT(RmsDistance(same.points, waves), 0.02 * noise);
 }
 
@@ -160,12 +160,40 @@ TEST(Surface, AnEdgeStaysSharpThroughTheSmoothing) {
   const double noise = 0.05 * std::sqrt(1.0 / 28000);
   const Sheet sheet = HeightField(28000, step, noise);
   PreparedPoints points = PreparePoints(sheet.survey, false);
-  SmoothNoise(&points);
+  SmoothNoise(true, &points);
+  EXPECT_LT(points.outliers, 20u) << "of 28 000 points";
   double largest = 0;
   for (const Vec3d& p : points.points.position) {
     largest = std::max(largest, std::abs(p.z - step(p.x, p.y)));
   }
   EXPECT_LT(largest, 0.5 * std::sqrt(1.0 / 28000));
+}
+
+// Lone points over a sheet, too few to be a surface of their own, and ones on it.
+TEST(Surface, LonePointsStandOutOfASmoothedSheet) {
+  const auto waves = [](double x, double y) { return 0.05 * std::sin(6 * x) * std::cos(5 * y); };
+  const double spacing = std::sqrt(1.0 / 28000);
+  Sheet sheet = HeightField(28000, waves, 0.1 * spacing);
+  SurveyPoints& p = sheet.survey.points;
+  const std::size_t surface = p.size(), lone = 100;
+  for (std::size_t i = 0; i < lone; ++i) {
+    const double x = 0.1 + 0.08 * static_cast<double>(i % 10) + 0.003;
+    const double y = 0.1 + 0.08 * static_cast<double>(i / 10) + 0.003;
+    p.position.push_back({x, y, waves(x, y) + (2 + 0.02 * static_cast<double>(i)) * spacing});
+    p.normal.push_back({0, 0, 1});
+    if (!p.color.empty()) p.color.push_back({});
+  }
+  for (const bool remove : {false, true}) {
+    PreparedPoints points = PreparePoints(sheet.survey, false);
+    SmoothNoise(remove, &points);
+    EXPECT_EQ(points.outliers, remove ? lone : 0);
+    EXPECT_EQ(points.points.size(), surface + (remove ? 0 : lone));
+    EXPECT_EQ(points.spacing.size(), points.points.size());
+    EXPECT_EQ(points.shift.size(), points.points.size());
+    if (remove) {
+      EXPECT_LT(RmsDistance(points.points, waves), 0.05 * spacing);
+    }
+  }
 }
 
 // A cloud that fills space has no surface to be moved onto; a few points have no surroundings.
@@ -178,7 +206,7 @@ TEST(Surface, WhatIsNoSurfaceStays) {
       survey.points.position.push_back({uniform(random), uniform(random), uniform(random)});
     }
     PreparedPoints points = PreparePoints(survey, false);
-    SmoothNoise(&points);
+    SmoothNoise(false, &points);
     const auto moved =
         std::count_if(points.shift.begin(), points.shift.end(), [](float s) { return s != 0; });
     EXPECT_LT(moved, n / 5 + 1) << n;
