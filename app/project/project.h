@@ -32,7 +32,7 @@ struct KnownDistance {
 double ScaleOf(const KnownDistance& distance);
 
 struct ImportOptions {
-  std::string source;        // a workspace at any level, or a point cloud file
+  std::string source;        // a workspace at any level, a point cloud file, a mesh
   std::string photo_folder;  // may be empty
   std::string mask_folder;   // of masks (photo_mask.h); may be empty
   std::optional<std::size_t> model;
@@ -43,6 +43,7 @@ struct ImportOptions {
   std::optional<double> metres_per_unit;
   std::optional<KnownDistance> known_distance;  // instead of metres_per_unit
   std::optional<Vec3d> up;                      // world; default: estimated from the photographs
+  std::optional<std::uint64_t> mesh_samples;    // LoadOptions::mesh_samples
   std::uint64_t decimate_to = 0;
   std::uint64_t memory_limit_bytes = 0;
 };

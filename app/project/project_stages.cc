@@ -149,6 +149,7 @@ Project ImportSurvey(const ImportOptions& options, const std::string& project_pa
   load.mask_folder = options.mask_folder;
   load.memory_limit_bytes = options.memory_limit_bytes;
   load.decimate_to = options.decimate_to;
+  load.mesh_samples = options.mesh_samples;
   load.model = options.model;
   Survey survey = LoadSurvey(workspace, load, PartOf(control, 0, 0.9));
   control.ThrowIfStopped();

@@ -161,6 +161,34 @@ TEST_F(CliWorkflow, ATransformMovesTheProject) {
                          2, "cameras.txt");
 }
 
+TEST_F(CliWorkflow, AMeshBecomesLevels) {
+  fs::create_directories(Path("mesh"));
+  testing::WriteText(Path("mesh/roof.obj"),
+                     "mtllib roof.mtl\nv 0 0 0\nv 4 0 0\nv 4 3 1\nv 0 3 1\nvt 0 0\nvt 1 0\nvt 1 1\n"
+                     "vt 0 1\nusemtl tile\nf 1/1 2/2 3/3 4/4\n");
+  testing::WriteText(Path("mesh/roof.mtl"), "newmtl tile\nKd 1 0 0\nmap_Kd tile.png\n");
+  const std::string import = "import " + Q("mesh/roof.obj") + " --project " + Q("roof.sherd");
+  const RunResult result = RunSherd(import + " --samples 5k");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("5,000 from a mesh"));
+  EXPECT_THAT(result.out, HasSubstr("tile.png is missing"));
+  EXPECT_THAT(RunSherd("info " + Q("mesh")).out, HasSubstr("roof.obj"));
+  ExpectSuccess(RunSherd("build " + Q("roof.sherd") + " --levels 1k"));
+  const auto level = Project::Open(Path("roof.sherd")).LoadLevel("1k");
+  EXPECT_NEAR(static_cast<double>(level->cloud.size()), 1000, 10);
+  ASSERT_FALSE(level->cloud.color.empty());
+  EXPECT_EQ(level->cloud.color[0], (Rgb8{255, 0, 0}));
+
+  EXPECT_THAT(RunSherd(import + " --vertices").out, HasSubstr("4 from a mesh"));
+  testing::ExpectFailure(
+      RunSherd("import " + Q("ws") + " --project " + Q("x.sherd") + " --samples 5"), 2,
+      "has no triangles");
+  testing::WriteText(Path("mesh/part.glb"), "glTF");
+  testing::ExpectFailure(RunSherd("import " + Q("mesh/part.glb") + " --project " + Q("x.sherd")), 2,
+                         "part.glb");
+  EXPECT_FALSE(fs::exists(Path("x.sherd")));
+}
+
 TEST_F(CliWorkflow, LevelsThatAreUpToDateAreKept) {
   const std::string json_before = testing::ReadText(Path("p.sherd"));
   RunResult result = RunSherd("build " + Q("p.sherd") + " --levels 2k --json");
