@@ -115,7 +115,8 @@ void AddImport(CLI::App* program, Action* action) {
                   "move everything by the transform that colmap model_aligner wrote "
                   "(--transform_path), or by a 4 x 4 matrix")
       ->type_name("FILE");
-  AddDirection(app, "--up", &options->up, "what is up, world [default: from the photographs]");
+  AddDirection(app, "--up", &options->up,
+               "what is up, world: a direction or an axis, as -y [default: from the photographs]");
   AddParsed(app, "--decimate", "thin the cloud to about this many points while it is read",
             [options](const std::string& text) {
               ParseCount(text);

@@ -148,6 +148,29 @@ TEST_F(CliWorkflow, TheScaleIsMeasuredOrGiven) {
       << "as it was";
 }
 
+TEST_F(CliWorkflow, TheGroundIsLevelled) {
+  ExpectSuccess(RunSherd("import " + Q("ws") + " --project " + Q("tilted.sherd")));
+  ExpectSuccess(RunSherd("build " + Q("tilted.sherd") + " --levels 500"));
+  ExpectSuccess(RunSherd("scale " + Q("tilted.sherd") + " --up -y"));
+  EXPECT_EQ(json::parse(RunSherd("info " + Q("tilted.sherd") + " --json").out)["up"],
+            json({0, -1, 0}));
+  // With y up the square is a wall.
+  testing::ExpectFailure(RunSherd("scale " + Q("tilted.sherd") + " --level-ground"), 2,
+                         "no ground to level");
+  const RunResult result = RunSherd("scale " + Q("tilted.sherd") +
+                                    " --up 0,0.1,1 --level-ground --ground-tolerance 0.2 --json");
+  ExpectSuccess(result);
+  const json found = json::parse(result.out);
+  EXPECT_EQ(found["up"], json({0, 0, 1}));
+  EXPECT_NEAR(found["ground"]["tilt_deg"].get<double>(), 5.7, 1);
+  EXPECT_GT(found["ground"]["share"].get<double>(), 0.9);
+  EXPECT_EQ(found["ground"]["transform"].size(), 8u);
+  ExpectSuccess(RunSherd("render " + Q("tilted.sherd") + " --size 40x30 --out " + Q("level.png") +
+                         " --backend cpu"));
+  testing::ExpectFailure(RunSherd("scale " + Q("tilted.sherd") + " --ground-tolerance 1"), 2,
+                         "--level-ground");
+}
+
 TEST_F(CliWorkflow, ATransformMovesTheProject) {
   testing::WriteText(Path("transform.txt"), "2 1 0 0 0 500000 4500000 100\n");
   ExpectSuccess(RunSherd("import " + Q("ws") + " --project " + Q("moved.sherd") + " --transform " +
