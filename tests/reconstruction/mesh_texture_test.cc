@@ -99,8 +99,7 @@ TEST(MeshTexture, FactorsOfGltfMultiply) {
 TEST(MeshTexture, WrapsAsTheMeshSays) {
   const std::string folder = TestFolder();
   const std::string picture = PictureBytes(folder, "t.png");
-  // Coordinates from 0 to 2: at (0.25, 0.25) of the square is the middle of the image's left lower
-  // quarter... of the repetition that begins at the image's upper left corner.
+  // Coordinates from 0 to 2: two repetitions each way.
   const auto read = [&](int mode) {
     const std::string sampler = "\"samplers\":[{\"wrapS\":" + std::to_string(mode) +
                                 ",\"wrapT\":" + std::to_string(mode) +
