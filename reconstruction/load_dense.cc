@@ -190,17 +190,9 @@ Survey LoadDense(const Workspace& workspace, const DenseCloudFile& cloud,
   }
   stream.ExpectEnd();
   WarnNotFinite(cloud.path, not_finite, &survey);
-  if (largest > 1e4 && stream.header().vertices().properties[layout.x].type == PlyType::kFloat32) {
-    // The distance of two floats there, against what the cloud resolves.
-    const double step = largest * 0x1p-24 * 2;
-    char text[32];
-    std::snprintf(text, sizeof(text), "%.2g", step);
-    survey.warnings.push_back(cloud.path +
-                              ": the coordinates are large 32-bit numbers, rounded to steps of "
-                              "about " +
-                              text +
-                              " before Sherd read them; subtract an origin before the dense stage, "
-                              "or geo-register after it");
+  if (stream.header().vertices().properties[layout.x].type == PlyType::kFloat32) {
+    WarnOfFloats(cloud.path, largest,
+                 "subtract an origin before the dense stage, or geo-register after it", &survey);
   }
   if (vis) ResolveVisibility(model, photo_of_image, vis_path, &survey);
   const bool by_colmap =

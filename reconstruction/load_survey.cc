@@ -9,8 +9,10 @@
 #include "reconstruction/dense_offset.h"
 #include "reconstruction/geometric_visibility.h"
 #include "reconstruction/load_dense.h"
+#include "reconstruction/load_mesh.h"
 #include "reconstruction/load_photographs.h"
 #include "reconstruction/memory.h"
+#include "reconstruction/mesh_import.h"
 #include "reconstruction/photo_lists.h"
 #include "reconstruction/photo_mask.h"
 #include "reconstruction/take_photographs.h"
@@ -164,16 +166,24 @@ Survey LoadSurvey(const Workspace& workspace, const LoadOptions& options, const 
   // A dense workspace's own model, unless another one of a dense workspace was chosen.
   LoadOptions dense = options;
   if (dense.model && !workspace.models[*dense.model].dense_workspace) dense.model.reset();
+  const DenseCloudFile* const cloud =
+      source == PointSource::kDense ? Chosen(workspace.clouds, options.model) : nullptr;
+  if (options.mesh_samples && !(cloud && cloud->mesh)) {
+    throw InputError(cloud ? cloud->path : workspace.path, "",
+                     "has no triangles to take points from", "leave --samples out, or give a mesh");
+  }
   Survey survey;
   std::string dense_root;
   bool located = false;
   if (source == PointSource::kDense) {
-    const DenseCloudFile* cloud = Chosen(workspace.clouds, options.model);
     if (!cloud) {
       throw InputError(workspace.path, "", "holds no dense cloud and no depth maps",
                        "run COLMAP's stereo_fusion, or import the sparse model");
     }
-    survey = LoadDense(workspace, *cloud, dense, control);
+    // The vertices of a .ply are read in double precision, as any .ply is.
+    const bool as_points = options.mesh_samples.value_or(0) == 0 && !IsMeshFileName(cloud->path);
+    survey = as_points ? LoadDense(workspace, *cloud, dense, control)
+                       : LoadMesh(workspace, *cloud, dense, control);
     dense_root = fs::path(cloud->path).parent_path().string();
   } else if (source == PointSource::kDepthMaps) {
     const DepthMapSet* maps = Chosen(workspace.map_sets, options.model);
@@ -199,7 +209,7 @@ Survey LoadSurvey(const Workspace& workspace, const LoadOptions& options, const 
   survey.dense_pixel_offset = MeasureDenseOffset(survey, survey.dense_pixel_offset, control).pixels;
   CompleteVisibility(options, control, &survey);
   if (!options.mask_folder.empty()) UseMasks(options.mask_folder, control, &survey);
-  survey.up = EstimateUp(survey.photographs);
+  if (!survey.photographs.empty()) survey.up = EstimateUp(survey.photographs);
   return survey;
 }
 

@@ -1,5 +1,6 @@
 #include "reconstruction/photo_file.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -12,30 +13,43 @@
 namespace sherd {
 
 struct PhotoFile::Impl {
+  std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;  // outlives the input
   std::unique_ptr<OIIO::ImageInput> input;
   bool linear = false;  // float pixels without an sRGB curve
 };
 
 PhotoFile::PhotoFile(const std::string& path) : impl_(std::make_unique<Impl>()), path_(path) {
+  Open(path);
+}
+
+PhotoFile::PhotoFile(const std::string& name, const std::vector<std::uint8_t>& bytes)
+    : impl_(std::make_unique<Impl>()), path_(name) {
+  impl_->memory = std::make_unique<OIIO::Filesystem::IOMemReader>(bytes.data(), bytes.size());
+  // By its first bytes: OpenImageIO asks the plugin of the name's extension first.
+  const bool png = bytes.size() > 3 && bytes[1] == 'P' && bytes[2] == 'N' && bytes[3] == 'G';
+  Open(png ? "texture.png" : "texture.jpg");
+}
+
+void PhotoFile::Open(const std::string& what) {
   static std::once_flag once;
   std::call_once(once, [] {
     // A header that lies about its size must not take the memory: no photograph is larger.
     OIIO::attribute("limits:imagesize_MB", 8192);
     OIIO::attribute("limits:channels", 64);
   });
-  impl_->input = OIIO::ImageInput::open(path);
+  impl_->input = OIIO::ImageInput::open(what, nullptr, impl_->memory.get());
   if (!impl_->input) {
     std::string reason = OIIO::geterror();
     std::replace(reason.begin(), reason.end(), '\n', ' ');
     throw InputError(
-        path, "",
+        path_, "",
         "is no image that can be read" + (reason.empty() ? std::string() : " (" + reason + ")"));
   }
   const OIIO::ImageSpec& spec = impl_->input->spec();
   width_ = spec.width;
   height_ = spec.height;
   if (width_ < 1 || height_ < 1 || spec.nchannels < 1) {
-    throw InputError(path, "", "the image has no pixels");
+    throw InputError(path_, "", "the image has no pixels");
   }
   impl_->linear = spec.format.is_floating_point() &&
                   spec.get_string_attribute("oiio:ColorSpace", "Linear") != "sRGB";

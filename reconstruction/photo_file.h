@@ -1,9 +1,11 @@
 // A photograph's file, read row by row. Internal to reconstruction/: OpenImageIO stays in the .cc.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "metaball/vec.h"
 
@@ -13,6 +15,8 @@ class PhotoFile {
  public:
   // Opens the file and reads its header. Throws InputError. EXIF orientation is not applied.
   explicit PhotoFile(const std::string& path);
+  // The same of a file in memory, `bytes`, which must outlive this; `name` is for messages.
+  PhotoFile(const std::string& name, const std::vector<std::uint8_t>& bytes);
   ~PhotoFile();
 
   int width() const { return width_; }
@@ -24,6 +28,7 @@ class PhotoFile {
 
  private:
   struct Impl;
+  void Open(const std::string& what);
   std::unique_ptr<Impl> impl_;
   std::string path_;
   int width_ = 0, height_ = 0;

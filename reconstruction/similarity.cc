@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "metaball/error.h"
@@ -94,6 +95,42 @@ void TransformSurvey(const Similarity3d& target_from_source, Survey* survey) {
   }
   if (survey->up) survey->up = motion.Rotate(*survey->up);
   if (survey->metres_per_unit) *survey->metres_per_unit /= target_from_source.scale;
+}
+
+void TransformLevel(const Rigid3d& target_from_source, Level* level) {
+  const Cloud& cloud = level->cloud;
+  const std::size_t n = cloud.size();
+  CloudInput input;
+  input.center.reserve(n);
+  input.radius.reserve(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    input.center.push_back(target_from_source.Apply(cloud.frame.WorldFromLocal(cloud.center[i])));
+    input.radius.push_back(cloud.frame.unit * static_cast<double>(cloud.RadiusOf(i)));
+  }
+  input.color = cloud.color;
+  input.threshold.assign(cloud.threshold.begin(), cloud.threshold.end());
+  input.channels = cloud.channels;
+  std::vector<std::uint32_t> order;
+  Level moved;
+  moved.name = level->name;
+  moved.stats = level->stats;
+  moved.cloud = BuildCloud(input, nullptr, &order);
+  moved.cloud.uniform_color = cloud.uniform_color;
+  const bool photos = !level->photo_begin.empty();
+  if (photos) moved.photo_begin.push_back(0);
+  for (const std::uint32_t i : order) {
+    if (!level->normal.empty()) {
+      const Vec3d normal = target_from_source.Rotate(level->normal[i].cast<double>());
+      moved.normal.push_back(normal.cast<float>());
+    }
+    if (!level->depth.empty()) moved.depth.push_back(level->depth[i]);
+    if (!photos) continue;
+    const auto begin = level->photo_idx.begin();
+    moved.photo_idx.insert(moved.photo_idx.end(), begin + level->photo_begin[i],
+                           begin + level->photo_begin[i + 1]);
+    moved.photo_begin.push_back(static_cast<std::uint32_t>(moved.photo_idx.size()));
+  }
+  *level = std::move(moved);
 }
 
 }  // namespace sherd

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "metaball/vec.h"
+#include "reconstruction/level.h"
 #include "reconstruction/survey.h"
 
 namespace sherd {
@@ -28,5 +29,9 @@ Similarity3d ReadSimilarity(const std::string& path);
 // Moves points, normals and photographs, in double precision: everything projects where it did.
 // What depends on the frame follows (up, metres_per_unit as the length of the new unit).
 void TransformSurvey(const Similarity3d& target_from_source, Survey* survey);
+
+// Moves and turns a level as its survey: centres and normals. The cloud gets a frame and an order
+// of its own again; each rounding of a centre is 6e-8 of half the cloud's extent.
+void TransformLevel(const Rigid3d& target_from_source, Level* level);
 
 }  // namespace sherd

@@ -1,6 +1,7 @@
 #include "reconstruction/take_photographs.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <numeric>
 #include <tuple>
@@ -65,6 +66,18 @@ void WarnNotFinite(const std::string& path, std::uint64_t count, Survey* survey)
 
 std::string Counted(std::uint64_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+void WarnOfFloats(const std::string& path, double largest, const std::string& what_to_do,
+                  Survey* survey) {
+  if (!(largest > 1e4)) return;
+  // The distance of two floats there, against what the cloud resolves.
+  char step[32];
+  std::snprintf(step, sizeof(step), "%.2g", largest * 0x1p-24 * 2);
+  survey->warnings.push_back(path +
+                             ": the coordinates are large 32-bit numbers, rounded to steps of "
+                             "about " +
+                             step + " before Sherd read them; " + what_to_do);
 }
 
 std::uint64_t FileBytes(const std::string& path) {

@@ -19,6 +19,10 @@ std::vector<std::uint32_t> TakePhotographs(ColmapModel* model, Survey* survey);
 std::string Counted(std::uint64_t count, const char* one, const char* many);
 // One warning for points that were dropped, where there are any.
 void WarnNotFinite(const std::string& path, std::uint64_t count, Survey* survey);
+// One warning where coordinates up to `largest` were stored as 32-bit numbers and lost digits by
+// it. `what_to_do` ends the line.
+void WarnOfFloats(const std::string& path, double largest, const std::string& what_to_do,
+                  Survey* survey);
 // 0 where there is no such file.
 std::uint64_t FileBytes(const std::string& path);
 

@@ -7,6 +7,8 @@
 #include "metaball/error.h"
 #include "reconstruction/binary_reader.h"
 #include "reconstruction/folder_scan.h"
+#include "reconstruction/mesh_import.h"
+#include "reconstruction/mesh_points.h"
 #include "reconstruction/ply.h"
 #include "reconstruction/text_reader.h"
 #include "reconstruction/workspace_missing.h"
@@ -206,6 +208,7 @@ void FindPly(const std::string& path, bool asked, Workspace* workspace) {
     cloud.normals = header.has_normals;
     cloud.colors = header.has_colors;
     cloud.radii = header.has_radius;
+    cloud.mesh = faces > 0;
     if (header.vertices == 0) cloud.problem = path + ": the cloud has no points";
   } catch (const Error& error) {
     cloud.problem = error.what();
@@ -216,6 +219,22 @@ void FindPly(const std::string& path, bool asked, Workspace* workspace) {
   }
   if (Exists(path + ".vis")) cloud.visibility_path = path + ".vis";
   workspace->clouds.push_back(std::move(cloud));
+}
+
+// What a mesh of another format has no header tells.
+void FindMesh(const std::string& path, bool asked, Workspace* workspace) {
+  workspace->meshes.push_back({path, std::nullopt, std::nullopt});
+  if (!asked) return;
+  DenseCloudFile cloud;
+  cloud.path = path;
+  cloud.points = kMeshSamples;
+  cloud.mesh = cloud.normals = true;
+  workspace->clouds.push_back(std::move(cloud));
+}
+
+void FindCloudOrMesh(const std::string& path, bool asked, Workspace* workspace) {
+  if (HasExtension(path, ".ply")) FindPly(path, asked, workspace);
+  if (IsMeshFileName(path)) FindMesh(path, asked, workspace);
 }
 
 std::optional<std::size_t> ModelOfCloud(const std::string& cloud,
@@ -327,7 +346,7 @@ Workspace InspectWorkspace(const std::string& path) {
   workspace.path = asked.string();
   std::string asked_cloud, asked_model;
   if (is_file) {
-    if (HasExtension(name, ".ply")) {
+    if (HasExtension(name, ".ply") || IsMeshFileName(name)) {
       asked_cloud = asked.string();
     } else if (HasExtension(name, ".ply.vis")) {
       asked_cloud = asked.string().substr(0, asked.string().size() - 4);
@@ -341,8 +360,8 @@ Workspace InspectWorkspace(const std::string& path) {
     if (asked_cloud.empty() && asked_model.empty() && lower != "project.ini" &&
         !lower.ends_with(".db") && !IsImageFileName(name)) {
       throw InputError(asked.string(), "", "is no file of a COLMAP workspace",
-                       "open a workspace folder, a .ply cloud, or one of cameras, images, points3D "
-                       "(.bin or .txt)");
+                       "open a workspace folder, a .ply cloud, a mesh, or one of cameras, images, "
+                       "points3D (.bin or .txt)");
     }
   } else {
     fs::directory_iterator readable(asked, error);
@@ -356,10 +375,8 @@ Workspace InspectWorkspace(const std::string& path) {
     FindModel(f, f.path == asked_model || f.path == folder.string(), &workspace.models);
     AddMaps(f, &workspace);
     for (const ScannedFile& file : f.files) {
-      if (HasExtension(file.name, ".ply")) {
-        const std::string ply = f.path + "/" + file.name;
-        FindPly(ply, ply == asked_cloud, &workspace);
-      }
+      const std::string file_path = f.path + "/" + file.name;
+      FindCloudOrMesh(file_path, file_path == asked_cloud, &workspace);
     }
   }
   if (!asked_cloud.empty() &&
@@ -368,7 +385,7 @@ Workspace InspectWorkspace(const std::string& path) {
     if (!Exists(asked_cloud)) {
       throw InputError(asked_cloud, "", "does not exist", "a .vis file needs its cloud beside it");
     }
-    FindPly(asked_cloud, true, &workspace);
+    FindCloudOrMesh(asked_cloud, true, &workspace);
   }
 
   // Models: what was asked about, then readable before broken, sparse/ before dense/, more images
@@ -388,11 +405,11 @@ Workspace InspectWorkspace(const std::string& path) {
               };
               return rank(a) < rank(b);
             });
-  // Meshes alone: their vertices are points.
+  // Meshes alone: they serve as points.
   if (workspace.clouds.empty() && workspace.models.empty()) {
     const std::vector<MeshFile> meshes = std::move(workspace.meshes);
     workspace.meshes.clear();
-    for (const MeshFile& mesh : meshes) FindPly(mesh.path, true, &workspace);
+    for (const MeshFile& mesh : meshes) FindCloudOrMesh(mesh.path, true, &workspace);
   }
   for (DenseCloudFile& cloud : workspace.clouds) {
     cloud.model_idx = ModelOfCloud(cloud.path, workspace.models);
@@ -464,7 +481,7 @@ Workspace InspectWorkspace(const std::string& path) {
     throw InputError(
         workspace.path, "",
         std::string("holds neither a COLMAP model (cameras, images and points3D as .bin or .txt) "
-                    "nor a point cloud (.ply)") +
+                    "nor a point cloud (.ply) nor a mesh") +
             (photos ? ", only photographs" : ""),
         photos ? "reconstruct them first: sherd reconstruct " + workspace.path + " --workspace DIR"
                : std::string("open the folder COLMAP wrote to, or a part of it"));

@@ -1,5 +1,5 @@
 // What a dropped folder or file holds, found before anything is loaded. Looks at any level: a
-// project folder, sparse/, sparse/0, dense/, a photo folder, a single .ply, .bin or .txt.
+// project folder, sparse/, sparse/0, dense/, a photo folder, a single .ply, .bin or .txt, a mesh.
 #pragma once
 
 #include <cstdint>
@@ -25,8 +25,10 @@ struct SparseModelFiles {
 };
 
 struct DenseCloudFile {
-  std::string path;  // fused.ply or another point cloud
+  std::string path;  // fused.ply, another point cloud, or a mesh
+  // Of a mesh that is no .ply: how many are taken of its surface unless others are asked for.
   std::uint64_t points = 0;
+  bool mesh = false;  // it has triangles
   bool normals = false, colors = false, radii = false;
   std::string visibility_path;           // fused.ply.vis, or empty
   std::optional<std::size_t> model_idx;  // the model of the same workspace, into Workspace::models
@@ -35,7 +37,7 @@ struct DenseCloudFile {
 
 struct MeshFile {
   std::string path;
-  std::uint64_t vertices = 0, faces = 0;
+  std::optional<std::uint64_t> vertices, faces;  // where a header says
 };
 
 // stereo/depth_maps and stereo/normal_maps of a dense workspace.
@@ -87,6 +89,9 @@ struct LoadOptions {
   // Refuse (ResourceError) a load that would need more than this; 0: 80 % of the memory that is
   // free.
   std::uint64_t memory_limit_bytes = 0;
+  // Points spread over the triangles of a mesh (mesh_points.h), 0: its vertices. Default: the
+  // vertices of a .ply, kMeshSamples of others. Given for anything without triangles: InputError.
+  std::optional<std::uint64_t> mesh_samples;
   // Thin the cloud while it is read: at most about this many points are ever held (0: no limit).
   std::uint64_t decimate_to = 0;
 };

@@ -41,7 +41,7 @@ std::vector<std::string> WhatIsMissing(const Workspace& workspace) {
                         ": no model of the same workspace (sparse/ beside the cloud): its "
                         "photographs are not known.");
     }
-    if (!cloud->colors) {
+    if (!cloud->colors && !cloud->mesh) {
       missing.push_back(cloud->path + ": the points have no colours; the surface will be grey.");
     }
   }

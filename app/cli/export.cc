@@ -18,6 +18,7 @@
 #include "metaball/povray_export.h"
 #include "metaball/thesis_file.h"
 #include "reconstruction/level.h"
+#include "reconstruction/mesh_import.h"
 #include "reconstruction/photographs.h"
 
 namespace sherd::cli {
@@ -202,7 +203,8 @@ void AddExport(CLI::App* program, Action* action) {
   app->alias("convert");
   app->add_option("SOURCE", options->source,
                   "a project, a metaball file (.metaballs, .mbt, .mbb), a point cloud (.ply) or a "
-                  "mesh (.obj, .stl, .off, .ply)")
+                  "mesh (.ply, " +
+                      std::string(kMeshExtensions) + ")")
       ->required();
   app->add_option("OUT", options->out,
                   "by its extension: .ply, .obj (mesh), .pov (POV-Ray), .metaballs, .mbt, .mbb")
@@ -252,7 +254,7 @@ void AddExport(CLI::App* program, Action* action) {
       "Examples:\n"
       "  sherd export trench.sherd trench.ply --level 252k --cell-radii 0.4\n"
       "  sherd export trench.sherd trench.pov --view top --ortho --size 1920x1080\n"
-      "  sherd export vase.obj vase.metaballs --samples 250k");
+      "  sherd export vase.glb vase.metaballs --samples 250k");
   app->callback([options, action] {
     *action = [options](const Environment& environment) {
       return RunExport(*options, environment);

@@ -10,17 +10,18 @@
 #include "app/project/format.h"
 #include "app/project/project.h"
 #include "metaball/error.h"
+#include "reconstruction/mesh_import.h"
 
 namespace sherd::cli {
 namespace {
 
 struct Options {
-  std::string path, project, photos, masks, decimate, memory_limit, transform;
+  std::string path, project, photos, masks, decimate, samples, memory_limit, transform;
   std::optional<std::size_t> model;
   std::optional<double> metres_per_unit;
   std::optional<KnownDistance> known_distance;
   std::optional<Vec3d> up;
-  bool dense = false, sparse = false, depth_maps = false, json = false;
+  bool dense = false, sparse = false, depth_maps = false, vertices = false, json = false;
 };
 
 // The model the user's number means.
@@ -51,6 +52,8 @@ int RunImport(const Options& options, const Environment& environment) {
   import.transform = options.transform;
   import.up = options.up;
   if (!options.decimate.empty()) import.decimate_to = ParseCount(options.decimate);
+  if (options.vertices) import.mesh_samples = 0;
+  if (!options.samples.empty()) import.mesh_samples = ParseCount(options.samples);
   if (!options.memory_limit.empty()) {
     import.memory_limit_bytes = ParseCount(options.memory_limit) << 20;
   }
@@ -75,9 +78,11 @@ int RunImport(const Options& options, const Environment& environment) {
 void AddImport(CLI::App* program, Action* action) {
   auto options = std::make_shared<Options>();
   CLI::App* app = program->add_subcommand(
-      "import", "Import a COLMAP workspace or a point cloud into a project.");
-  app->add_option("PATH", options->path,
-                  "a workspace at any level: its folder, sparse/, dense/, a .ply")
+      "import", "Import a COLMAP workspace, a point cloud or a mesh into a project.");
+  app->add_option(
+         "PATH", options->path,
+         std::string("a workspace at any level: its folder, sparse/, dense/; a .ply; a mesh (") +
+             kMeshExtensions + ")")
       ->required();
   app->add_option("--project", options->project,
                   "the project to make; an earlier one is replaced once the import has succeeded")
@@ -110,13 +115,25 @@ void AddImport(CLI::App* program, Action* action) {
                   "move everything by the transform that colmap model_aligner wrote "
                   "(--transform_path), or by a 4 x 4 matrix")
       ->type_name("FILE");
-  AddDirection(app, "--up", &options->up, "what is up, world [default: from the photographs]");
+  AddDirection(app, "--up", &options->up,
+               "what is up, world: a direction or an axis, as -y [default: from the photographs]");
   AddParsed(app, "--decimate", "thin the cloud to about this many points while it is read",
             [options](const std::string& text) {
               ParseCount(text);
               options->decimate = text;
             })
       ->type_name("5M");
+  auto* samples =
+      AddParsed(app, "--samples",
+                "of a mesh: so many points spread over its triangles by area [default: 1M; of a "
+                ".ply its vertices]",
+                [options](const std::string& text) {
+                  ParseCount(text);
+                  options->samples = text;
+                })
+          ->type_name("1M");
+  app->add_flag("--vertices", options->vertices, "of a mesh: its vertices as they are")
+      ->excludes(samples);
   AddParsed(app, "--memory-limit",
             "refuse a cloud that needs more than this many MiB [default: 80 % of what is free]",
             [options](const std::string& text) {
@@ -130,7 +147,8 @@ void AddImport(CLI::App* program, Action* action) {
       "  sherd import trench_colmap --project trench.sherd --metres-per-unit 1\n"
       "  sherd import trench_colmap/dense --project trench.sherd --photos /mnt/photographs\n"
       "  sherd import trench_colmap --project trench.sherd --distance 0,0,0 1.5,0,0.2 2.00\n"
-      "  sherd import trench_colmap --project sparse.sherd --sparse --model 1");
+      "  sherd import trench_colmap --project sparse.sherd --sparse --model 1\n"
+      "  sherd import vase.glb --project vase.sherd --samples 2M --metres-per-unit 1");
   app->callback([options, action] {
     *action = [options](const Environment& environment) {
       return RunImport(*options, environment);

@@ -14,6 +14,7 @@
 #include "app/project/project.h"
 #include "metaball/metaball_file.h"
 #include "metaball/thesis_file.h"
+#include "reconstruction/mesh_import.h"
 #include "reconstruction/workspace.h"
 
 namespace sherd::cli {
@@ -61,7 +62,9 @@ Json WorkspaceJson(const Workspace& workspace) {
                       {"problem", c.problem.empty() ? Json() : Json(c.problem)}});
   }
   for (const MeshFile& m : workspace.meshes) {
-    meshes.push_back({{"file", m.path}, {"vertices", m.vertices}, {"faces", m.faces}});
+    meshes.push_back({{"file", m.path},
+                      {"vertices", m.vertices ? Json(*m.vertices) : Json()},
+                      {"faces", m.faces ? Json(*m.faces) : Json()}});
   }
   for (const PhotoFolder& f : workspace.photo_folders) {
     folders.push_back({{"folder", f.path}, {"files", f.files}, {"bytes", f.bytes}});
@@ -101,6 +104,7 @@ std::string WorkspaceText(const Workspace& workspace) {
       channels += c.colors ? ", colours" : ", no colours";
       if (c.radii) channels += ", radii";
       channels += c.visibility_path.empty() ? "" : ", which photographs see each point";
+      if (IsMeshFileName(c.path)) channels = "to be taken of its surface";
       if (!c.problem.empty()) channels = "UNREADABLE: " + OneLine(c.problem);
       rows.push_back({Shown(c.path, workspace), FormatGrouped(c.points) + " points", channels});
     }
@@ -110,8 +114,9 @@ std::string WorkspaceText(const Workspace& workspace) {
     text += "Meshes\n";
     std::vector<std::vector<std::string>> rows;
     for (const MeshFile& m : workspace.meshes) {
-      rows.push_back({Shown(m.path, workspace), FormatGrouped(m.vertices) + " vertices",
-                      FormatGrouped(m.faces) + " faces"});
+      rows.push_back({Shown(m.path, workspace),
+                      m.vertices ? FormatGrouped(*m.vertices) + " vertices" : "",
+                      m.faces ? FormatGrouped(*m.faces) + " faces" : ""});
     }
     text += Table(rows);
   }
@@ -226,7 +231,7 @@ void AddInfo(CLI::App* program, Action* action) {
   CLI::App* app = program->add_subcommand(
       "info", "Say what a workspace, project or file holds, and what is missing.");
   app->add_option("PATH", options->path,
-                  "a COLMAP workspace at any level, a project, a metaball file, a .ply")
+                  "a COLMAP workspace at any level, a project, a metaball file, a .ply, a mesh")
       ->required();
   app->add_flag("--json", options->json, "print JSON");
   app->footer(

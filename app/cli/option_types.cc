@@ -68,6 +68,16 @@ Vec3d ParseVector(const std::string& text) {
   return v;
 }
 
+Vec3d ParseDirection(const std::string& text) {
+  const bool negative = text.starts_with('-'), signed_axis = negative || text.starts_with('+');
+  const std::string axis = text.substr(signed_axis ? 1 : 0);
+  const double length = negative ? -1 : 1;
+  if (axis == "x") return {length, 0, 0};
+  if (axis == "y") return {0, length, 0};
+  if (axis == "z") return {0, 0, length};
+  return ParseVector(text);
+}
+
 Size ParseSize(const std::string& text) {
   const std::vector<std::string> parts = Split(text, 'x');
   if (parts.size() == 2) {
@@ -100,14 +110,14 @@ CLI::Option* AddDirection(CLI::App* app, const std::string& name, std::optional<
                           const std::string& help) {
   return AddParsed(app, name, help,
                    [value](const std::string& text) {
-                     const Vec3d direction = ParseVector(text);
+                     const Vec3d direction = ParseDirection(text);
                      if (!(Length(direction) > 0 && Length(direction) < INFINITY)) {
                        throw InputError("", "", "\"" + text + "\" is no direction",
                                         "its length must be above 0");
                      }
                      *value = direction;
                    })
-      ->type_name("X,Y,Z");
+      ->type_name("X,Y,Z|AXIS");
 }
 
 CLI::Option* AddSize(CLI::App* app, std::optional<Size>* value, const std::string& help) {

@@ -18,6 +18,8 @@ struct Size {
 
 // "x,y,z"; finite numbers. Throws InputError.
 Vec3d ParseVector(const std::string& text);
+// The same, or an axis: "z", "+y", "-x".
+Vec3d ParseDirection(const std::string& text);
 // "1280x720". Throws InputError.
 Size ParseSize(const std::string& text);
 // "63k,126k" as counts, each once. Throws InputError.

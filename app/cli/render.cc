@@ -15,6 +15,7 @@
 #include "app/report/legend_picture.h"
 #include "metaball/atomic_file.h"
 #include "metaball/error.h"
+#include "reconstruction/mesh_import.h"
 
 namespace sherd::cli {
 namespace {
@@ -272,8 +273,8 @@ void AddRender(CLI::App* program, Action* action) {
          "SOURCE", options->source,
          "a project, a metaball file (.metaballs, .mbt, .mbb), a .ply with x y z radius red "
          "green blue (missing radii come from the spacing of the points; colours of "
-         "integer type are sRGB, of float type linear), or the vertices of a mesh (.obj, "
-         ".stl, .off)")
+         "integer type are sRGB, of float type linear), or the vertices of a mesh (" +
+             std::string(kMeshExtensions) + ")")
       ->required();
   app->add_option("--out", options->out, "the picture: .png, .tif, .exr or .jpg")
       ->required()

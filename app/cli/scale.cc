@@ -1,8 +1,10 @@
-// sherd scale: how long a unit of a project is.
+// sherd scale: how long a unit of a project is, and what is up in it.
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "app/cli/command.h"
+#include "app/cli/look_options.h"
 #include "app/cli/option_types.h"
 #include "app/cli/progress.h"
 #include "app/cli/source.h"
@@ -21,6 +23,9 @@ struct Options {
   std::optional<Size> chessboard;
   std::string markers, photos;
   std::optional<double> target_size;
+  std::optional<Vec3d> up;
+  bool level_ground = false;
+  std::optional<double> ground_tolerance;
   bool json = false;
 };
 
@@ -43,6 +48,32 @@ TargetScale ScaleOfTargets(const Options& options, const Project& project,
   return scale;
 }
 
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+Json GroundJson(const LevelledGround& levelled) {
+  const GroundPlane& ground = levelled.ground;
+  const Rigid3d& r = levelled.transform.rotation_and_translation;
+  const Vec3d& t = r.translation;
+  return {{"tilt_deg", levelled.tilt_rad * kDegrees},
+          {"points", ground.points},
+          {"share", ground.share},
+          {"by_normals", ground.by_normals},
+          {"tolerance", ground.tolerance},
+          {"rms", ground.rms},
+          {"normal", ToJson(ground.normal)},
+          {"point", ToJson(ground.point)},
+          {"transform", {levelled.transform.scale, r.qw, r.qx, r.qy, r.qz, t.x, t.y, t.z}}};
+}
+
+std::string GroundText(const LevelledGround& levelled) {
+  const GroundPlane& ground = levelled.ground;
+  return "Levelled: the ground, " + FormatNumber(100 * ground.share) + " % of the points" +
+         (ground.by_normals ? " that face up" : "") + " within " + FormatNumber(ground.tolerance) +
+         " units (root mean square " + FormatNumber(ground.rms) + "), was tilted by " +
+         FormatNumber(levelled.tilt_rad * kDegrees) +
+         " degrees against what was up; it is z = 0 now, and +z is up\n";
+}
+
 int RunScale(const Options& options, const Environment& environment) {
   Project project = Project::Open(options.project);
   std::optional<TargetScale> targets;
@@ -50,11 +81,21 @@ int RunScale(const Options& options, const Environment& environment) {
     targets = ScaleOfTargets(options, project, environment);
     for (const std::string& warning : targets->warnings) Warn(warning);
     project.SetMetresPerUnit(targets->metres_per_unit);
-    project.Save();
   } else if (options.metres_per_unit || options.known_distance) {
     project.SetMetresPerUnit(options.known_distance ? ScaleOf(*options.known_distance)
                                                     : *options.metres_per_unit);
-    project.Save();
+  }
+  std::optional<LevelledGround> levelled;
+  if (options.level_ground) {
+    Progress progress(environment.stop);
+    const GroundOptions ground{options.up, options.ground_tolerance};
+    levelled = LevelGround(&project, ground, progress.control());  // saves all that was set
+  } else {
+    if (options.up) {
+      Progress progress(environment.stop);
+      project.SetUp(*options.up, *project.LoadSurveyFromCache(progress.control()));
+    }
+    if (options.up || targets || options.metres_per_unit || options.known_distance) project.Save();
   }
   const std::optional<double>& scale = project.metres_per_unit();
   if (options.json) {
@@ -66,6 +107,8 @@ int RunScale(const Options& options, const Environment& environment) {
                          {"photographs", targets->photographs},
                          {"reprojection_px", targets->reprojection_px}};
     }
+    json["up"] = project.up() ? ToJson(*project.up()) : Json();
+    if (levelled) json["ground"] = GroundJson(*levelled);
     PrintJson(json);
   } else {
     std::string measured;
@@ -76,9 +119,11 @@ int RunScale(const Options& options, const Environment& environment) {
                  FormatNumber(100 * targets->relative_error) + " %, reprojection " +
                  FormatNumber(targets->reprojection_px) + " px\n";
     }
-    Print(measured + (scale ? "One unit is " + FormatNumber(*scale) + " m\n"
-                            : "The scale is not known: sherd scale " + options.project +
-                                  " --distance X,Y,Z X,Y,Z METRES\n"));
+    Print(measured +
+          (scale ? "One unit is " + FormatNumber(*scale) + " m\n"
+                 : "The scale is not known: sherd scale " + options.project +
+                       " --distance X,Y,Z X,Y,Z METRES\n") +
+          (levelled ? GroundText(*levelled) : ""));
   }
   return kSuccess;
 }
@@ -87,7 +132,8 @@ int RunScale(const Options& options, const Environment& environment) {
 
 void AddScale(CLI::App* program, Action* action) {
   auto options = std::make_shared<Options>();
-  CLI::App* app = program->add_subcommand("scale", "Say or set how long a unit of a project is.");
+  CLI::App* app = program->add_subcommand(
+      "scale", "Say or set how long a unit of a project is, and what is up.");
   app->add_option("PROJECT", options->project, "the project")->required()->type_name("P.sherd");
   auto* scale = AddSetting(app, "metres-per-unit", &options->metres_per_unit, "M");
   auto* distance = AddKnownDistance(app, &options->known_distance)->excludes(scale);
@@ -111,13 +157,24 @@ void AddScale(CLI::App* program, Action* action) {
       ->type_name("M");
   app->add_option("--photos", options->photos, "folder where the photographs are now")
       ->type_name("DIR");
+  AddDirection(app, "--up", &options->up, "what is up, world: a direction or an axis, as -y");
+  auto* level = app->add_flag("--level-ground", options->level_ground,
+                              "find the ground, the largest plane within 30 degrees of level, and "
+                              "turn the project so that it is z = 0 and +z is up");
+  app->add_option("--ground-tolerance", options->ground_tolerance,
+                  "how far points of the ground may lie from its plane, units [default: 0.5 % of "
+                  "the survey's diagonal]")
+      ->check(CLI::PositiveNumber)
+      ->needs(level)
+      ->type_name("D");
   app->add_flag("--json", options->json, "print JSON");
   app->footer(
       "Examples:\n"
       "  sherd scale trench.sherd\n"
       "  sherd scale trench.sherd --distance 0.12,0.4,-1 1.6,0.38,-0.9 2.00\n"
       "  sherd scale trench.sherd --chessboard 9x6 --target-size 0.03\n"
-      "  sherd scale trench.sherd --markers 4x4_50 --target-size 0.1");
+      "  sherd scale trench.sherd --markers 4x4_50 --target-size 0.1\n"
+      "  sherd scale trench.sherd --up -y --level-ground");
   app->callback([options, action] {
     *action = [options](const Environment& environment) { return RunScale(*options, environment); };
   });

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "app/project/format.h"
 #include "app/project/progress_range.h"
@@ -12,6 +13,7 @@
 #include "metaball/thesis_file.h"
 #include "reconstruction/level.h"
 #include "reconstruction/mesh_import.h"
+#include "reconstruction/mesh_points.h"
 #include "reconstruction/ply.h"
 
 namespace sherd::cli {
@@ -75,11 +77,11 @@ Source OpenMesh(const std::string& path, const SourceOptions& options, const Con
   Source source;
   control.Report("reading the mesh", 0);
   const ImportedMesh mesh = ReadMesh(path, control);
-  source.texture = mesh.texture;
-  BuildFrom(path,
-            options.samples > 0 ? SamplesAsMetaballs(mesh, options.samples, path)
-                                : VerticesAsMetaballs(mesh),
-            options, control, &source);
+  source.texture = mesh.TextureName();
+  MeshPoints points = options.samples > 0 ? PointsOnTriangles(mesh, options.samples, control)
+                                          : PointsAtVertices(mesh, control);
+  source.warnings = points.warnings;
+  BuildFrom(path, ToMetaballs(std::move(points)), options, control, &source);
   WarnOfFloats(path, &source);
   return source;
 }

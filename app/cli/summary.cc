@@ -6,6 +6,7 @@
 #include "app/cli/look_options.h"
 #include "app/cli/table.h"
 #include "app/project/format.h"
+#include "reconstruction/mesh_import.h"
 
 namespace sherd::cli {
 
@@ -57,7 +58,9 @@ std::string DescribeImport(const Project& project) {
   const ImportSummary& import = project.import_summary();
   const std::optional<double>& scale = project.metres_per_unit();
   std::string points = FormatGrouped(import.points);
-  points += import.dense ? " from a dense cloud" : " from a sparse model";
+  points += IsMeshFileName(import.source) ? " from a mesh"
+            : import.dense                ? " from a dense cloud"
+                                          : " from a sparse model";
   points += import.has_normals ? ", with normals" : ", without normals";
   points += import.has_visibility ? ", and which photographs see each"
                                   : ", not known which photographs see each";

@@ -20,6 +20,7 @@
 #include "app/desktop/formatting.h"
 #include "app/desktop/theme.h"
 #include "metaball/error.h"
+#include "reconstruction/mesh_import.h"
 
 namespace sherd {
 namespace {
@@ -206,6 +207,11 @@ QString ImportDialog::foundText() const {
   }
   for (const DenseCloudFile& cloud : workspace_.clouds) {
     if (!cloud.problem.empty()) continue;
+    if (IsMeshFileName(cloud.path)) {
+      found(tr("Mesh %1: %2 points are taken of its surface")
+                .arg(shortPath(cloud.path), formatInteger(cloud.points)));
+      continue;
+    }
     QStringList with;
     if (cloud.colors) with << tr("colours");
     if (cloud.normals) with << tr("normals");
@@ -219,9 +225,12 @@ QString ImportDialog::foundText() const {
     found(tr("Photographs in %1: %2 files, %3")
               .arg(shortPath(folder.path), formatInteger(folder.files), formatBytes(folder.bytes)));
   }
-  if (!workspace_.meshes.empty()) {
-    found(tr("%n mesh(es): not needed", nullptr, static_cast<int>(workspace_.meshes.size())));
-  }
+  const auto unused = std::count_if(
+      workspace_.meshes.begin(), workspace_.meshes.end(), [this](const MeshFile& mesh) {
+        return std::none_of(workspace_.clouds.begin(), workspace_.clouds.end(),
+                            [&](const DenseCloudFile& cloud) { return cloud.path == mesh.path; });
+      });
+  if (unused > 0) found(tr("%n mesh(es): not needed", nullptr, static_cast<int>(unused)));
   for (const std::string& line : workspace_.missing) problem(escaped(line));
   return lines.join(QStringLiteral("<br>"));
 }

@@ -202,8 +202,10 @@ void MainWindow::askOpen() {
   const QString folder = QSettings().value(QStringLiteral("openFolder")).toString();
   const QString path = QFileDialog::getOpenFileName(
       this, tr("Open"), folder,
-      tr("All that Sherd reads (*.sherd *.metaballs *.ply *.bin *.txt);;Projects (*.sherd);;"
-         "Clouds (*.metaballs *.ply);;All files (*)"));
+      tr("All that Sherd reads (*.sherd *.metaballs *.ply *.bin *.txt *.obj *.stl *.off *.3ds "
+         "*.glb "
+         "*.gltf *.dae *.fbx);;Projects (*.sherd);;Clouds (*.metaballs *.ply);;"
+         "Meshes (*.ply *.obj *.stl *.off *.3ds *.glb *.gltf *.dae *.fbx);;All files (*)"));
   if (path.isEmpty()) return;
   QSettings().setValue(QStringLiteral("openFolder"), QFileInfo(path).path());
   openPath(path);

@@ -22,7 +22,7 @@ WelcomePage::WelcomePage(QWidget* parent) : QWidget(parent) {
   large.setPointSizeF(large.pointSizeF() * 1.7);
   title->setFont(large);
   auto* text = new QLabel(tr("or a Sherd project (.sherd), a metaball file (.metaballs), a point "
-                             "cloud (.ply)"),
+                             "cloud (.ply), a mesh (.glb, .obj, .3ds, …)"),
                           this);
   QPalette dim = text->palette();
   dim.setColor(QPalette::WindowText, theme::kDim);

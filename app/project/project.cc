@@ -50,6 +50,11 @@ std::string Project::Folder() const {
   return fs::absolute(path_, error).lexically_normal().parent_path().string();
 }
 
+void Project::SetUp(const Vec3d& up, const Survey& survey) {
+  up_ = Normalized(up);
+  front_ = EstimateFront(survey.photographs, up_);
+}
+
 void Project::Save() {
   const ProjectLock lock(path_, fs::path(Resolve(survey_file_)).parent_path().string());
   SaveLocked();

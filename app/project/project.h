@@ -17,6 +17,7 @@
 
 #include "app/project/view.h"
 #include "metaball/control.h"
+#include "reconstruction/ground_plane.h"
 #include "reconstruction/level.h"
 #include "reconstruction/survey.h"
 #include "reconstruction/workspace.h"
@@ -32,7 +33,7 @@ struct KnownDistance {
 double ScaleOf(const KnownDistance& distance);
 
 struct ImportOptions {
-  std::string source;        // a workspace at any level, or a point cloud file
+  std::string source;        // a workspace at any level, a point cloud file, a mesh
   std::string photo_folder;  // may be empty
   std::string mask_folder;   // of masks (photo_mask.h); may be empty
   std::optional<std::size_t> model;
@@ -43,6 +44,7 @@ struct ImportOptions {
   std::optional<double> metres_per_unit;
   std::optional<KnownDistance> known_distance;  // instead of metres_per_unit
   std::optional<Vec3d> up;                      // world; default: estimated from the photographs
+  std::optional<std::uint64_t> mesh_samples;    // LoadOptions::mesh_samples
   std::uint64_t decimate_to = 0;
   std::uint64_t memory_limit_bytes = 0;
 };
@@ -63,6 +65,14 @@ struct LevelEntry {
   LevelStats stats;
   LevelOptions options;  // what it was built with
   std::string program;   // and by which version
+};
+
+class Project;
+
+struct LevelledGround {
+  GroundPlane ground;      // in the frame it was found in
+  double tilt_rad = 0;     // of its normal against what was up before (+z where nothing was)
+  Similarity3d transform;  // from that frame into the project's new one; its scale is 1
 };
 
 class Project {
@@ -87,6 +97,8 @@ class Project {
   // must outlive the result. Throws InputError when a file of the project is missing or damaged.
   ViewContext MakeViewContext(const Survey* survey = nullptr) const;
 
+  // Says what is up, world; any length above 0. `survey` has the photographs that tell the front.
+  void SetUp(const Vec3d& up, const Survey& survey);
   void SetMetresPerUnit(std::optional<double> metres_per_unit) {
     metres_per_unit_ = metres_per_unit;
   }
@@ -111,6 +123,7 @@ class Project {
   friend Project ImportSurvey(const ImportOptions&, const std::string&, const Control&);
   friend void BuildLevels(Project*, const std::vector<std::uint64_t>&, const LevelOptions&,
                           const Control&);
+  friend LevelledGround LevelGround(Project*, const GroundOptions&, const Control&);
   friend struct ProjectJson;
   // Throws OutputError when the file on disk is not the one this object was read from.
   void CheckUnchanged() const;
@@ -145,5 +158,12 @@ std::vector<std::size_t> ModelNumbers(const Workspace& workspace);
 // fails. Throws as ImportSurvey.
 void BuildLevels(Project* project, const std::vector<std::uint64_t>& targets,
                  const LevelOptions& options, const Control& control = {});
+
+// Finds the ground (ground_plane.h), turns the whole project so that it is level at z = 0 and +z is
+// up, and saves: survey, photographs, levels, bounds and front. `options.up` defaults to the
+// project's. Throws InputError where there is no ground, else as ImportSurvey; then nothing has
+// changed.
+LevelledGround LevelGround(Project* project, const GroundOptions& options,
+                           const Control& control = {});
 
 }  // namespace sherd

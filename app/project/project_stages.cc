@@ -6,12 +6,12 @@
 
 #include "app/project/progress_range.h"
 #include "app/project/project.h"
+#include "app/project/project_files.h"
 #include "app/project/project_json.h"
 #include "app/project/project_lock.h"
 #include "app/project/survey_file.h"
 #include "app/project/view.h"
 #include "metaball/error.h"
-#include "metaball/metaball_file.h"
 #include "metaball/stopwatch.h"
 #include "reconstruction/photo_colors.h"
 #include "reconstruction/similarity.h"
@@ -20,41 +20,6 @@ namespace sherd {
 namespace {
 
 namespace fs = std::filesystem;
-
-// NAME.EXT in `folder`, or NAME-2.EXT, ... : the first that does not exist.
-fs::path FreeName(const fs::path& folder, const std::string& name, const std::string& extension) {
-  for (int i = 1;; ++i) {
-    const fs::path path = folder / (name + (i == 1 ? "" : "-" + std::to_string(i)) + extension);
-    if (!fs::exists(fs::symlink_status(path))) return path;
-  }
-}
-
-// Removes what it names unless told that it is to stay.
-class Scratch {
- public:
-  explicit Scratch(fs::path path) : path_(std::move(path)) {}
-  ~Scratch() {
-    std::error_code error;
-    if (!keep_) fs::remove_all(path_, error);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  const fs::path& path() const { return path_; }
-  void Keep() { keep_ = true; }
-
- private:
-  fs::path path_;
-  bool keep_ = false;
-};
-
-// A file or folder that an older state of the project named. Only what lies in the data folder is
-// ever removed, whatever the JSON says.
-void RemoveOld(const fs::path& data_folder, const fs::path& old) {
-  std::error_code error;
-  if (old.lexically_normal().parent_path() == data_folder.lexically_normal()) {
-    fs::remove_all(old, error);
-  }
-}
 
 void CheckDestination(const std::string& path) {
   std::error_code error;
@@ -149,6 +114,7 @@ Project ImportSurvey(const ImportOptions& options, const std::string& project_pa
   load.mask_folder = options.mask_folder;
   load.memory_limit_bytes = options.memory_limit_bytes;
   load.decimate_to = options.decimate_to;
+  load.mesh_samples = options.mesh_samples;
   load.model = options.model;
   Survey survey = LoadSurvey(workspace, load, PartOf(control, 0, 0.9));
   control.ThrowIfStopped();
@@ -241,19 +207,7 @@ void BuildLevels(Project* project, const std::vector<std::uint64_t>& targets,
     level.name = name;
     control.Report(name + ": writing", from + 0.9 * share);
 
-    const Scratch temporary(data_folder / (name + ".building"));
-    std::error_code error;
-    fs::remove_all(temporary.path(), error);  // what a power cut left
-    if (!fs::create_directory(temporary.path(), error)) {
-      throw OutputError(temporary.path().string(), "cannot be made: " + error.message());
-    }
-    WriteMetaballFile((temporary.path() / "cloud.metaballs").string(), level.cloud,
-                      level.stats.threshold);
-    WriteLevelAttributes((temporary.path() / "attributes.bin").string(), level);
-    control.ThrowIfStopped();
-    Scratch folder(FreeName(data_folder, name, ""));
-    fs::rename(temporary.path(), folder.path(), error);
-    if (error) throw OutputError(folder.path().string(), "cannot be made: " + error.message());
+    Scratch folder = WriteLevel(data_folder, level, control);
 
     LevelEntry entry;
     entry.name = name;

@@ -139,7 +139,7 @@ TEST_F(CliExport, MeshesBecomeMetaballs) {
   EXPECT_EQ(corners.count, 4u);
   EXPECT_EQ(corners.flags, static_cast<std::uint32_t>(kThesisCenter | kThesisRadius |
                                                       kThesisNormal | kThesisColor));
-  EXPECT_THAT(corners.names, ElementsAre("earth.png"));
+  EXPECT_THAT(corners.names, ::testing::Contains("earth.png"));
   ASSERT_EQ(Export("square.obj", "many.metaballs", "--samples 1k --radius-factor 2").code, 0);
   const Cloud many = ReadMetaballFile(folder_ + "/many.metaballs").cloud;
   EXPECT_EQ(many.size(), 1000u);

@@ -23,6 +23,16 @@ TEST(OptionTypes, Vectors) {
   }
 }
 
+TEST(OptionTypes, Directions) {
+  EXPECT_EQ(ParseDirection("z"), (Vec3d{0, 0, 1}));
+  EXPECT_EQ(ParseDirection("-y"), (Vec3d{0, -1, 0}));
+  EXPECT_EQ(ParseDirection("+x"), (Vec3d{1, 0, 0}));
+  EXPECT_EQ(ParseDirection("-1,0,2"), (Vec3d{-1, 0, 2}));
+  for (const char* bad : {"", "-", "w", "--x", "xy", "X"}) {
+    EXPECT_THROW(ParseDirection(bad), InputError) << bad;
+  }
+}
+
 TEST(OptionTypes, Sizes) {
   EXPECT_EQ(ParseSize("1280x720").width, 1280);
   EXPECT_EQ(ParseSize("1x99999").height, 99999);

@@ -148,6 +148,29 @@ TEST_F(CliWorkflow, TheScaleIsMeasuredOrGiven) {
       << "as it was";
 }
 
+TEST_F(CliWorkflow, TheGroundIsLevelled) {
+  ExpectSuccess(RunSherd("import " + Q("ws") + " --project " + Q("tilted.sherd")));
+  ExpectSuccess(RunSherd("build " + Q("tilted.sherd") + " --levels 500"));
+  ExpectSuccess(RunSherd("scale " + Q("tilted.sherd") + " --up -y"));
+  EXPECT_EQ(json::parse(RunSherd("info " + Q("tilted.sherd") + " --json").out)["up"],
+            json({0, -1, 0}));
+  // With y up the square is a wall.
+  testing::ExpectFailure(RunSherd("scale " + Q("tilted.sherd") + " --level-ground"), 2,
+                         "no ground to level");
+  const RunResult result = RunSherd("scale " + Q("tilted.sherd") +
+                                    " --up 0,0.1,1 --level-ground --ground-tolerance 0.2 --json");
+  ExpectSuccess(result);
+  const json found = json::parse(result.out);
+  EXPECT_EQ(found["up"], json({0, 0, 1}));
+  EXPECT_NEAR(found["ground"]["tilt_deg"].get<double>(), 5.7, 1);
+  EXPECT_GT(found["ground"]["share"].get<double>(), 0.9);
+  EXPECT_EQ(found["ground"]["transform"].size(), 8u);
+  ExpectSuccess(RunSherd("render " + Q("tilted.sherd") + " --size 40x30 --out " + Q("level.png") +
+                         " --backend cpu"));
+  testing::ExpectFailure(RunSherd("scale " + Q("tilted.sherd") + " --ground-tolerance 1"), 2,
+                         "--level-ground");
+}
+
 TEST_F(CliWorkflow, ATransformMovesTheProject) {
   testing::WriteText(Path("transform.txt"), "2 1 0 0 0 500000 4500000 100\n");
   ExpectSuccess(RunSherd("import " + Q("ws") + " --project " + Q("moved.sherd") + " --transform " +
@@ -159,6 +182,34 @@ TEST_F(CliWorkflow, ATransformMovesTheProject) {
   testing::ExpectFailure(RunSherd("import " + Q("ws") + " --project " + Q("moved.sherd") +
                                   " --transform " + Q("ws/sparse/0/cameras.txt")),
                          2, "cameras.txt");
+}
+
+TEST_F(CliWorkflow, AMeshBecomesLevels) {
+  fs::create_directories(Path("mesh"));
+  testing::WriteText(Path("mesh/roof.obj"),
+                     "mtllib roof.mtl\nv 0 0 0\nv 4 0 0\nv 4 3 1\nv 0 3 1\nvt 0 0\nvt 1 0\nvt 1 1\n"
+                     "vt 0 1\nusemtl tile\nf 1/1 2/2 3/3 4/4\n");
+  testing::WriteText(Path("mesh/roof.mtl"), "newmtl tile\nKd 1 0 0\nmap_Kd tile.png\n");
+  const std::string import = "import " + Q("mesh/roof.obj") + " --project " + Q("roof.sherd");
+  const RunResult result = RunSherd(import + " --samples 5k");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("5,000 from a mesh"));
+  EXPECT_THAT(result.out, HasSubstr("tile.png is missing"));
+  EXPECT_THAT(RunSherd("info " + Q("mesh")).out, HasSubstr("roof.obj"));
+  ExpectSuccess(RunSherd("build " + Q("roof.sherd") + " --levels 1k"));
+  const auto level = Project::Open(Path("roof.sherd")).LoadLevel("1k");
+  EXPECT_NEAR(static_cast<double>(level->cloud.size()), 1000, 10);
+  ASSERT_FALSE(level->cloud.color.empty());
+  EXPECT_EQ(level->cloud.color[0], (Rgb8{255, 0, 0}));
+
+  EXPECT_THAT(RunSherd(import + " --vertices").out, HasSubstr("4 from a mesh"));
+  testing::ExpectFailure(
+      RunSherd("import " + Q("ws") + " --project " + Q("x.sherd") + " --samples 5"), 2,
+      "has no triangles");
+  testing::WriteText(Path("mesh/part.glb"), "glTF");
+  testing::ExpectFailure(RunSherd("import " + Q("mesh/part.glb") + " --project " + Q("x.sherd")), 2,
+                         "part.glb");
+  EXPECT_FALSE(fs::exists(Path("x.sherd")));
 }
 
 TEST_F(CliWorkflow, LevelsThatAreUpToDateAreKept) {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "metaball/error.h"
+#include "reconstruction/mesh_points.h"
 #include "test_files.h"
 
 namespace sherd {
@@ -30,14 +31,14 @@ std::string WriteSquare(const std::string& folder) {
 TEST(MeshImportTest, AnObjKeepsColorTextureAndTriangles) {
   const ImportedMesh mesh = ReadMesh(WriteSquare(TestFolder()));
   EXPECT_EQ(mesh.triangle.size(), 2u);
-  EXPECT_EQ(mesh.texture, "earth.png");
+  EXPECT_EQ(mesh.TextureName(), "earth.png");
   ASSERT_EQ(mesh.position.size(), 4u);
   ASSERT_EQ(mesh.color.size(), 4u);
   ASSERT_EQ(mesh.uv.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(mesh.uv[i][0], mesh.position[i].x / 2);
     EXPECT_EQ(mesh.uv[i][1], mesh.position[i].y / 2);
-    EXPECT_EQ(mesh.color[i].r == 255, mesh.position[i].x == 0);
+    EXPECT_EQ(mesh.color[i].x == 1, mesh.position[i].x == 0);
   }
 }
 
@@ -50,7 +51,7 @@ TEST(MeshImportTest, VerticesBecomeMetaballsOnce) {
             "f 1/1 2/2 3/3\nf 2/4 4/1 3/4\n");
   const ImportedMesh mesh = ReadMesh(path);
   EXPECT_EQ(mesh.position.size(), 6u);
-  CloudInput input = VerticesAsMetaballs(mesh);
+  CloudInput input = ToMetaballs(PointsAtVertices(mesh));
   ASSERT_EQ(input.center.size(), 4u);
   input.uniform_radius = 1;
   EXPECT_TRUE(input.color.empty());
@@ -67,7 +68,7 @@ TEST(MeshImportTest, SamplesAreSpreadByArea) {
   const std::string path = TestFolder() + "/two.obj";
   WriteFile(path, "v 0 0 0\nv 2 0 0\nv 0 1 0\nv 10 0 0\nv 12 0 0\nv 10 0 3\nf 1 2 3\nf 4 5 6\n");
   const ImportedMesh mesh = ReadMesh(path);
-  const CloudInput input = SamplesAsMetaballs(mesh, 4000, path);
+  const CloudInput input = ToMetaballs(PointsOnTriangles(mesh, 4000));
   ASSERT_EQ(input.center.size(), 4000u);
   int small = 0;
   Vec3d sum{};
@@ -94,7 +95,7 @@ TEST(MeshImportTest, SamplesAreSpreadByArea) {
 
 TEST(MeshImportTest, SamplesCarryColorAndTextureOfTheirPlace) {
   const std::string path = WriteSquare(TestFolder());
-  const CloudInput input = SamplesAsMetaballs(ReadMesh(path), 500, path);
+  const CloudInput input = ToMetaballs(PointsOnTriangles(ReadMesh(path), 500));
   ASSERT_EQ(input.color.size(), 500u);
   const Channel& uv = input.channels.back();
   ASSERT_EQ(uv.name(), "uv");
@@ -117,7 +118,7 @@ TEST(MeshImportTest, AnStlIsRead) {
             "vertex 0 1 0\nendloop\nendfacet\nendsolid t\n");
   const ImportedMesh mesh = ReadMesh(path);
   EXPECT_EQ(mesh.triangle.size(), 2u);
-  EXPECT_EQ(VerticesAsMetaballs(mesh).center.size(), 4u);
+  EXPECT_EQ(PointsAtVertices(mesh).position.size(), 4u);
 }
 
 TEST(MeshImportTest, BadFilesAreOneInputError) {
@@ -142,12 +143,14 @@ TEST(MeshImportTest, BadFilesAreOneInputError) {
   EXPECT_THROW(ReadMesh(folder + "/absent.obj"), InputError);
   WriteFile(folder + "/flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
   const ImportedMesh flat = ReadMesh(folder + "/flat.obj");
-  EXPECT_THROW(SamplesAsMetaballs(flat, 10, "flat.obj"), InputError);
-  EXPECT_EQ(VerticesAsMetaballs(flat).center.size(), 3u);
+  EXPECT_THROW(PointsOnTriangles(flat, 10), InputError);
+  EXPECT_EQ(PointsAtVertices(flat).position.size(), 3u);
 }
 
 TEST(MeshImportTest, NamesOfMeshes) {
-  for (const char* name : {"a.obj", "A.OBJ", "b.stl", "c.off"}) EXPECT_TRUE(IsMeshFileName(name));
+  for (const char* name : {"a.obj", "A.OBJ", "b.stl", "c.off", "d.3DS", "e.glb", "f.x.gltf"}) {
+    EXPECT_TRUE(IsMeshFileName(name));
+  }
   for (const char* name : {"a.ply", "b.metaballs", "obj", "c.obj.txt"}) {
     EXPECT_FALSE(IsMeshFileName(name));
   }
