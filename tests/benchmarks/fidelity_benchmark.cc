@@ -1,8 +1,8 @@
 // Fidelity: photographs are left out, their views are rendered and compared with them.
 //
 //   sherd_fidelity_benchmark WORKSPACE [--hold-out NAME,... | --every N] [--sources all|originals]
-//       [--levels 63k,126k,252k,full] [--colors blend,photo] [--side 1024] [--json F] [--pictures
-//       D]
+//       [--levels 63k,126k,252k,full] [--colors blend,metaballs,photo] [--side 1024] [--json F]
+//       [--pictures D]
 //
 // What is compared, and where, is described in docs/fidelity.md.
 #include <CLI/CLI.hpp>
@@ -17,6 +17,7 @@
 #include "metaball/parallel.h"
 #include "metaball/renderer.h"
 #include "reconstruction/level.h"
+#include "reconstruction/photo_colors.h"
 #include "reconstruction/photo_pyramid.h"
 #include "reconstruction/photo_view.h"
 #include "reconstruction/photographs.h"
@@ -35,7 +36,7 @@ constexpr int kThin = 8, kRim = 4;
 struct Options {
   std::string workspace, sources = "all", json, pictures;
   std::vector<std::string> hold_out, levels = {"63k", "126k", "252k", "full"},
-                                     colors = {"blend", "photo"};
+                                     colors = {"blend", "metaballs", "photo"};
   std::uint32_t every = 5;
   int side = 1024, memory_mb = 1024;
   std::optional<double> dense_offset;
@@ -134,7 +135,12 @@ int Run(int argc, char** argv) {
                  "what colours come from: all other photographs, or only those with an original")
       ->check(CLI::IsMember({"all", "originals"}));
   app.add_option("--levels", options.levels, "densities; full: every point")->delimiter(',');
-  app.add_option("--colors", options.colors, "blend, photo")->delimiter(',');
+  app.add_option(
+         "--colors", options.colors,
+         "blend: the points' colours; metaballs: each one's from the photographs; photo: the "
+         "photographs looked up at every pixel")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"blend", "metaballs", "photo"}));
   app.add_option("--side", options.side, "pixels of the longer side of each view");
   app.add_option("--memory", options.memory_mb, "MiB for photographs");
   app.add_option("--dense-offset", options.dense_offset,
@@ -191,12 +197,20 @@ int Run(int argc, char** argv) {
   for (const std::string& name : options.levels) {
     LevelOptions level_options;
     level_options.target_count = name == "full" ? points.points.size() : ParseCount(name);
-    const Level level = BuildLevel(points, survey, level_options);
+    Level level = BuildLevel(points, survey, level_options);
+    const std::vector<Rgb8> point_colors = level.cloud.color;
     PhotographShader shader(survey, shading);
     for (const std::string& color : options.colors) {
       double psnr = 0, ssim = 0, covered = 0, seen = 0, seconds = 0;
       std::array<double, 3> high_pass{};
       Json views = Json::array();
+      level.cloud.color = point_colors;
+      if (color == "metaballs") {
+        PhotoColorOptions own;
+        own.memory_mb = options.memory_mb;
+        own.leave_out = shading.leave_out;
+        ColorFromPhotographs(survey, own, &level);
+      }
       for (const HeldOut& view : held_out) {
         Frame frame = RenderLevel(level, view.camera);
         PhotoShadingStats stats;
@@ -241,7 +255,7 @@ int Run(int argc, char** argv) {
           WritePicture(stem + "_photograph.png", ToFrame(view.reference), {});
         }
       }
-      std::printf("%-5s %-5s %8zu metaballs  %.2f dB  SSIM %.3f  covered %.4f  high-pass",
+      std::printf("%-5s %-9s %8zu metaballs  %.2f dB  SSIM %.3f  covered %.4f  high-pass",
                   name.c_str(), color.c_str(), level.cloud.size(), psnr, ssim, covered);
       for (const double h : high_pass) std::printf(" %.3f", h);
       std::printf("  from photographs %.4f  %.2f s\n", seen, seconds);

@@ -5,10 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "metaball/error.h"
 #include "reconstruction/mask_distance.h"
 #include "reconstruction/photo_colors.h"
-#include "reconstruction/photo_lookup.h"
 #include "reconstruction/photographs.h"
 #include "tests/reconstruction/photo_board.h"
 
@@ -22,8 +20,8 @@ using ::testing::HasSubstr;
 
 const Vec3f kPaint{0.1f, 0.5f, 0.3f}, kCoat{0.9f, 0.0f, 0.0f};
 
-// A board before which somebody stands, towards a corner where the lens distorts, in the first two
-// of three photographs: nearly what the third shows alone must be believed.
+// A board before which somebody in a red coat stands in the first two of three photographs, towards
+// a corner, where the lens distorts.
 struct PassedBoard : Board {
   static bool Hidden(const Vec3d& p) { return std::hypot(p.x - 1.0, p.y - 0.8) < 0.25; }
 
