@@ -15,8 +15,12 @@ struct Radii {
   double open_share = 0;  // see LevelStats::open_share
 };
 
-// The default of LevelOptions::radius_factor; see radii.cc for how it was found.
+// For metaballs that stand for many points each; see radii.cc for how it was found.
 extern const double kDefaultRadiusFactor;
+
+// The default of LevelOptions::radius_factor for metaballs that stand for so many points each, in
+// the mean (at least 1).
+double DefaultRadiusFactor(double points_per_metaball);
 
 Radii ComputeRadii(const std::vector<Vec3d>& positions, double radius_factor,
                    const Control& control = {});

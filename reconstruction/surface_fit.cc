@@ -191,7 +191,10 @@ FittedMetaballs FitSurface(const SurveyPoints& points, const PointCells& cells,
                            std::vector<Vec3d> position, std::vector<Vec3f> normal,
                            double radius_factor, double threshold, const Control& control) {
   const std::size_t n = position.size();
-  const double factor = radius_factor > 0 ? radius_factor : kDefaultRadiusFactor;
+  const double factor = radius_factor > 0
+                            ? radius_factor
+                            : DefaultRadiusFactor(static_cast<double>(points.size()) /
+                                                  static_cast<double>(std::max<std::size_t>(1, n)));
   FittedMetaballs m;
   m.position = std::move(position);
   m.normal = std::move(normal);

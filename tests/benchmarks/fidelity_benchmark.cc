@@ -156,6 +156,7 @@ int Run(int argc, char** argv) {
   if (!options.keep_noise) SmoothNoise(true, &points);
   LevelOptions full;
   full.target_count = points.points.size();
+  full.radius_factor = 1.8;  // so that what is compared does not follow the levels' default
   const Level reference_level = BuildLevel(points, survey, full);
 
   Survey plain;  // a photograph shows itself where its camera says, whatever the points' offset

@@ -196,6 +196,23 @@ TEST(Surface, LonePointsStandOutOfASmoothedSheet) {
   }
 }
 
+TEST(Surface, MetaballsThatStandForFewPointsOverlapMore) {
+  const auto flat = [](double, double) { return 0.0; };
+  const Sheet sheet = HeightField(6000, flat, 0.0);
+  const PreparedPoints points = PreparePoints(sheet.survey, false);
+  const auto overlap = [&](std::uint64_t count, double factor) {
+    LevelOptions options;
+    options.target_count = count;
+    options.radius_factor = factor;
+    const LevelStats stats = BuildLevel(points, sheet.survey, options).stats;
+    return stats.radius_median / stats.spacing;
+  };
+  EXPECT_NEAR(overlap(1000, 0), 1.8, 0.1);
+  EXPECT_NEAR(overlap(2400, 0), 2.1, 0.1);  // of 2.5 points each
+  EXPECT_NEAR(overlap(6000, 0), 2.4, 0.1);
+  EXPECT_NEAR(overlap(6000, 1.8), 1.8, 0.1);
+}
+
 // A cloud that fills space has no surface to be moved onto; a few points have no surroundings.
 TEST(Surface, WhatIsNoSurfaceStays) {
   std::mt19937_64 random(5);
