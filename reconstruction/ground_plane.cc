@@ -8,6 +8,7 @@
 
 #include "metaball/error.h"
 #include "reconstruction/local_plane.h"
+#include "reconstruction/median.h"
 #include "reconstruction/neighbors.h"
 #include "reconstruction/ransac_plane.h"
 
@@ -60,9 +61,7 @@ double NoiseOf(const std::vector<Vec3d>& positions, const std::vector<int>& near
     distances.push_back(
         std::abs(Dot(positions[static_cast<std::size_t>(i)] - plane.point, plane.normal)));
   }
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return 3 * 1.4826 * *middle;
+  return 3 * 1.4826 * Median(std::move(distances));
 }
 
 // What is near moves with the plane: a few rounds of least squares settle it.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 
@@ -21,7 +22,7 @@ struct GroundOptions {
   // kGroundTolerance times the diagonal of the survey's robust bounds.
   std::optional<double> tolerance;
 };
-inline constexpr double kLargestGroundTilt = 0.5235987755982988;  // 30 degrees, radians
+inline constexpr double kLargestGroundTilt = std::numbers::pi / 6;  // radians
 inline constexpr double kGroundTolerance = 0.005;
 // What of its points a plane must hold to be the ground: of all, or, where `up` and normals are
 // known, of those that face up, of which a ball's top would hold more than a quarter.

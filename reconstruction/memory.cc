@@ -54,9 +54,15 @@ std::uint64_t AvailableMemoryBytes() {
   return available;
 }
 
+std::uint64_t MemoryLimit(std::uint64_t asked) {
+  if (asked > 0) return asked;
+  const std::uint64_t free = AvailableMemoryBytes() / 5 * 4;
+  return free > 0 ? free : std::numeric_limits<std::uint64_t>::max();
+}
+
 void CheckMemory(const std::string& what, std::uint64_t needed, std::uint64_t limit) {
-  if (limit == 0) limit = AvailableMemoryBytes() / 5 * 4;
-  if (limit == 0 || needed <= limit) return;
+  limit = MemoryLimit(limit);
+  if (needed <= limit) return;
   throw ResourceError(
       what + ": needs about " + Gigabytes(needed) + " of memory, but only " + Gigabytes(limit) +
           " may be used; load a thinned cloud (decimation), or close other programs",

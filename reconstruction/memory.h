@@ -10,8 +10,12 @@ namespace sherd {
 // if that is less. 0 where it cannot be told.
 std::uint64_t AvailableMemoryBytes();
 
-// Throws ResourceError when `needed` bytes exceed `limit` (0: 80 % of what is available). `what` is
-// named in the message with both figures and the way out.
+// `asked`, or where that is 0, 80 % of what is available; the largest number where that cannot be
+// told. Bytes.
+std::uint64_t MemoryLimit(std::uint64_t asked);
+
+// Throws ResourceError when `needed` bytes exceed MemoryLimit(limit). `what` is named in the
+// message with both figures and the way out.
 void CheckMemory(const std::string& what, std::uint64_t needed, std::uint64_t limit = 0);
 
 }  // namespace sherd

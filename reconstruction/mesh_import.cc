@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <utility>
 
@@ -261,11 +260,16 @@ std::string ImportedMesh::TextureName() const {
 }
 
 bool IsMeshFileName(const std::string& path) {
-  // As kMeshExtensions lists them.
-  for (const char* extension : {".obj", ".stl", ".off", ".3ds", ".glb", ".gltf", ".dae", ".fbx"}) {
-    if (HasExtension(path, extension)) return true;
+  return std::any_of(kMeshExtensions.begin(), kMeshExtensions.end(),
+                     [&](const char* extension) { return HasExtension(path, extension); });
+}
+
+std::string MeshExtensionList() {
+  std::string list;
+  for (const char* extension : kMeshExtensions) {
+    list += (list.empty() ? "" : ", ") + std::string(extension);
   }
-  return false;
+  return list;
 }
 
 bool IsMeshWithYUp(const std::string& path) {
@@ -281,9 +285,7 @@ ImportedMesh ReadMesh(const std::string& path, const Control& control,
   CheckMemory(path, bytes * BytesPerByte(path), memory_limit_bytes);
   CheckLength(path);
 
-  std::uint64_t budget = memory_limit_bytes;
-  if (budget == 0) budget = AvailableMemoryBytes() / 5 * 4;
-  if (budget == 0) budget = std::numeric_limits<std::uint64_t>::max();
+  const std::uint64_t budget = MemoryLimit(memory_limit_bytes);
   // The importer takes it over.
   auto* files = new MeshFiles(BytesPerByte(path), budget);
   Assimp::Importer importer;

@@ -44,10 +44,11 @@ struct ImportedMesh {
   std::string TextureName() const;
 };
 
-// Whether the name's extension is that of a mesh this program is tested with: .obj, .stl, .off,
-// .3ds, .glb, .gltf, .dae, .fbx.
+// Of the meshes this program is tested with.
+inline constexpr std::array kMeshExtensions = {".obj", ".stl",  ".off", ".3ds",
+                                               ".glb", ".gltf", ".dae", ".fbx"};
+std::string MeshExtensionList();  // ".obj, .stl, ..."
 bool IsMeshFileName(const std::string& path);
-inline constexpr const char* kMeshExtensions = ".obj, .stl, .off, .3ds, .glb, .gltf, .dae, .fbx";
 
 // Whether the format says that +y is up (glTF); the others leave that open.
 bool IsMeshWithYUp(const std::string& path);

@@ -5,7 +5,9 @@
 #include <numeric>
 
 #include "reconstruction/local_plane.h"
+#include "reconstruction/median.h"
 #include "reconstruction/parallel.h"
+#include "reconstruction/photo_lists.h"
 
 namespace sherd {
 namespace {
@@ -15,13 +17,6 @@ constexpr std::size_t kBlock = 4096;
 constexpr float kAboveNeighbors = 1.8f;
 // Surface variation of 17 neighbours: a noisy surface has up to 0.05, a random cloud 0.1 to 0.3.
 constexpr double kFillsSpace = 0.08;
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Sets of points; the smallest index names a set.
 class Components {
@@ -42,6 +37,22 @@ class Components {
 };
 
 }  // namespace
+
+void RemoveStray(const std::vector<char>& stray, PreparedPoints* prepared) {
+  std::vector<std::uint32_t> kept;
+  kept.reserve(stray.size());
+  for (std::size_t i = 0; i < stray.size(); ++i) {
+    if (stray[i]) continue;
+    prepared->spacing[kept.size()] = prepared->spacing[i];
+    if (!prepared->shift.empty()) prepared->shift[kept.size()] = prepared->shift[i];
+    kept.push_back(static_cast<std::uint32_t>(i));
+  }
+  if (kept.size() == stray.size()) return;
+  prepared->spacing.resize(kept.size());
+  if (!prepared->shift.empty()) prepared->shift.resize(kept.size());
+  prepared->outliers += stray.size() - kept.size();
+  prepared->points = Gather(prepared->points, kept);
+}
 
 void FindClumps(const NeighborSearch& search, const std::vector<float>& spacing,
                 std::vector<char>* stray, const Control& control) {

@@ -4,11 +4,16 @@
 #include <vector>
 
 #include "metaball/control.h"
+#include "reconstruction/level.h"
 #include "reconstruction/neighbors.h"
 
 namespace sherd {
 
 inline constexpr int kOutlierNeighbors = 16;
+
+// Takes out the points that are marked, counting them as outliers; what is known of each of the
+// others stays with it. Before OrderPoints.
+void RemoveStray(const std::vector<char>& stray, PreparedPoints* prepared);
 
 // Each marks what it finds with 1 in `stray` and takes points that are marked already for gone.
 

@@ -151,18 +151,7 @@ PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const C
     FindSparse(search, out.points.position, mean, &stray, control);
     FindSeenThrough(survey, out.points, out.spacing, &stray, control);
     FindClumps(search, out.spacing, &stray, control);
-    std::vector<std::uint32_t> kept;
-    kept.reserve(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      if (!stray[i]) kept.push_back(static_cast<std::uint32_t>(i));
-    }
-    if (kept.size() < n) {
-      out.outliers += n - kept.size();
-      out.points = Gather(out.points, kept);
-      std::size_t write = 0;
-      for (const std::uint32_t i : kept) out.spacing[write++] = out.spacing[i];
-      out.spacing.resize(write);
-    }
+    RemoveStray(stray, &out);
   }
   control.Report("points prepared", 1.0);
   return out;

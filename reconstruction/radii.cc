@@ -6,6 +6,7 @@
 
 #include "metaball/error.h"
 #include "reconstruction/level.h"
+#include "reconstruction/median.h"
 #include "reconstruction/neighbors.h"
 #include "reconstruction/parallel.h"
 
@@ -57,12 +58,6 @@ constexpr double kSmallest = 1.0 / 8.0;
 constexpr double kLoneFactor = 2.4;  // of metaballs that are points
 constexpr double kManyPoints = 4.0;  // from here on the default
 
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 double DefaultRadiusFactor(double points_per_metaball) {
@@ -99,7 +94,7 @@ Radii ComputeRadii(const std::vector<Vec3d>& positions, double radius_factor,
     if (s > 0) positive.push_back(s);
   }
   // One point, or nothing but coincident ones: there is no scale but 1.
-  const double median = positive.empty() ? 1.0 : MedianOf(std::move(positive));
+  const double median = positive.empty() ? 1.0 : Median(std::move(positive));
   out.median_spacing = median;
 
   // A point's own spacing within the bounds its neighbours set: no smaller than their median (at

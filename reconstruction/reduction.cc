@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "metaball/error.h"
+#include "reconstruction/median.h"
 #include "reconstruction/neighbors.h"
 #include "reconstruction/parallel.h"
 #include "reconstruction/sample_elimination.h"
@@ -17,13 +18,6 @@ constexpr std::uint64_t kCandidates = 4;  // a metaball that is wanted
 constexpr double kMostStretch = 2.0;      // finer or coarser than the mean spacing
 constexpr int kBendNeighbors = 16;
 
-float MedianOf(std::vector<float> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // What elimination chooses from: one for each cell, or each point where there are no cells.
 struct Candidates {
   Samples samples;
@@ -33,7 +27,7 @@ struct Candidates {
 Candidates CandidatesOf(const PreparedPoints& prepared, const PointCells* cells) {
   const SurveyPoints& points = prepared.points;
   // A lone point does not stand for a whole field.
-  const float most = 3 * MedianOf(prepared.spacing);
+  const float most = 3 * Median(prepared.spacing);
   const auto area = [&](std::size_t i) {
     const double spacing = std::min(prepared.spacing[i], most);
     return spacing * spacing;
@@ -108,7 +102,7 @@ std::vector<float> StretchOf(const Candidates& candidates, const Control& contro
         }
       },
       control);
-  const float typical = MedianOf(bend);
+  const float typical = Median(bend);
   std::vector<float> stretch(n, 1.0f);
   if (!(typical > 0)) return stretch;
   for (std::size_t i = 0; i < n; ++i) {

@@ -10,8 +10,8 @@
 #include "reconstruction/local_plane.h"
 #include "reconstruction/memory.h"
 #include "reconstruction/neighbors.h"
+#include "reconstruction/outliers.h"
 #include "reconstruction/parallel.h"
-#include "reconstruction/photo_lists.h"
 
 namespace sherd {
 namespace {
@@ -168,27 +168,12 @@ bool StandsOut(const PreparedPoints& points, const NeighborSearch& search, std::
 
 // search: among the points before they were moved, which changes little in who is near whom.
 void RemoveStandingOut(const NeighborSearch& search, PreparedPoints* prepared) {
-  const std::size_t n = prepared->points.size();
-  std::vector<char> out(n, 0);
-  ParallelBlocks(n, kBlock,
-                 [&](std::size_t begin, std::size_t end) {
-                   for (std::size_t i = begin; i < end; ++i)
-                     out[i] = StandsOut(*prepared, search, i);
-                 },
-                 {});  // not to be cancelled halfway
-  std::vector<std::uint32_t> kept;
-  kept.reserve(n);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (out[i]) continue;
-    prepared->spacing[kept.size()] = prepared->spacing[i];
-    prepared->shift[kept.size()] = prepared->shift[i];
-    kept.push_back(static_cast<std::uint32_t>(i));
-  }
-  if (kept.size() == n) return;
-  prepared->spacing.resize(kept.size());
-  prepared->shift.resize(kept.size());
-  prepared->outliers += n - kept.size();
-  prepared->points = Gather(prepared->points, kept);
+  std::vector<char> stray(prepared->points.size(), 0);
+  const auto look = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) stray[i] = StandsOut(*prepared, search, i);
+  };
+  ParallelBlocks(stray.size(), kBlock, look, {});  // not to be cancelled halfway
+  RemoveStray(stray, prepared);
 }
 
 }  // namespace

@@ -204,7 +204,7 @@ void AddExport(CLI::App* program, Action* action) {
   app->add_option("SOURCE", options->source,
                   "a project, a metaball file (.metaballs, .mbt, .mbb), a point cloud (.ply) or a "
                   "mesh (.ply, " +
-                      std::string(kMeshExtensions) + ")")
+                      MeshExtensionList() + ")")
       ->required();
   app->add_option("OUT", options->out,
                   "by its extension: .ply, .obj (mesh), .pov (POV-Ray), .metaballs, .mbt, .mbb")

@@ -82,7 +82,7 @@ void AddImport(CLI::App* program, Action* action) {
   app->add_option(
          "PATH", options->path,
          std::string("a workspace at any level: its folder, sparse/, dense/; a .ply; a mesh (") +
-             kMeshExtensions + ")")
+             MeshExtensionList() + ")")
       ->required();
   app->add_option("--project", options->project,
                   "the project to make; an earlier one is replaced once the import has succeeded")

@@ -274,7 +274,7 @@ void AddRender(CLI::App* program, Action* action) {
          "a project, a metaball file (.metaballs, .mbt, .mbb), a .ply with x y z radius red "
          "green blue (missing radii come from the spacing of the points; colours of "
          "integer type are sRGB, of float type linear), or the vertices of a mesh (" +
-             std::string(kMeshExtensions) + ")")
+             MeshExtensionList() + ")")
       ->required();
   app->add_option("--out", options->out, "the picture: .png, .tif, .exr or .jpg")
       ->required()

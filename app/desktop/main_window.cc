@@ -25,6 +25,7 @@
 #include "app/desktop/theme.h"
 #include "app/desktop/welcome_page.h"
 #include "app/project/progress_range.h"
+#include "reconstruction/mesh_import.h"
 
 namespace sherd {
 namespace {
@@ -200,12 +201,15 @@ void MainWindow::closeDocument() { setDocument(nullptr); }
 
 void MainWindow::askOpen() {
   const QString folder = QSettings().value(QStringLiteral("openFolder")).toString();
+  QString meshes;
+  for (const char* extension : kMeshExtensions) {
+    meshes += QStringLiteral(" *") + QLatin1String(extension);
+  }
   const QString path = QFileDialog::getOpenFileName(
       this, tr("Open"), folder,
-      tr("All that Sherd reads (*.sherd *.metaballs *.ply *.bin *.txt *.obj *.stl *.off *.3ds "
-         "*.glb "
-         "*.gltf *.dae *.fbx);;Projects (*.sherd);;Clouds (*.metaballs *.ply);;"
-         "Meshes (*.ply *.obj *.stl *.off *.3ds *.glb *.gltf *.dae *.fbx);;All files (*)"));
+      tr("All that Sherd reads (*.sherd *.metaballs *.ply *.bin *.txt%1);;Projects (*.sherd);;"
+         "Clouds (*.metaballs *.ply);;Meshes (*.ply%1);;All files (*)")
+          .arg(meshes));
   if (path.isEmpty()) return;
   QSettings().setValue(QStringLiteral("openFolder"), QFileInfo(path).path());
   openPath(path);

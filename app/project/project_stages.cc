@@ -187,8 +187,9 @@ void BuildLevels(Project* project, const std::vector<std::uint64_t>& targets,
   const auto survey = project->LoadSurveyFromCache(PartOf(control, 0, 0.05));
   PreparedPoints points =
       PreparePoints(*survey, options.remove_outliers, PartOf(control, 0.05, 0.3));
-  if (options.smooth_noise)
+  if (options.smooth_noise) {
     SmoothNoise(options.remove_outliers, &points, PartOf(control, 0.3, 0.4));
+  }
   if (options.nested) OrderPoints(options.reduction, &points, PartOf(control, 0.4, 0.4));
   for (std::size_t i = 0; i < targets.size(); ++i) {
     control.ThrowIfStopped();
