@@ -89,7 +89,7 @@ class Project {
   const std::vector<LevelEntry>& levels() const { return levels_; }
   const std::optional<double>& metres_per_unit() const { return metres_per_unit_; }
   const std::optional<Vec3d>& up() const { return up_; }
-  // The direction in which the front view looks (view.h); world.
+  // The direction in which the front view looks (preset_axes.h); world.
   const std::optional<Vec3d>& front() const { return front_; }
   // What to look at (robust bounds of the points, world).
   const Box3d& bounds() const { return bounds_; }

@@ -9,7 +9,6 @@
 #include "app/project/project_files.h"
 #include "app/project/project_lock.h"
 #include "app/project/survey_file.h"
-#include "app/project/view.h"
 
 namespace sherd {
 

@@ -4,13 +4,13 @@
 #include <filesystem>
 #include <set>
 
+#include "app/project/preset_axes.h"
 #include "app/project/progress_range.h"
 #include "app/project/project.h"
 #include "app/project/project_files.h"
 #include "app/project/project_json.h"
 #include "app/project/project_lock.h"
 #include "app/project/survey_file.h"
-#include "app/project/view.h"
 #include "metaball/error.h"
 #include "metaball/stopwatch.h"
 #include "reconstruction/photo_colors.h"

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/project/preset_axes.h"
 #include "metaball/camera.h"
 #include "reconstruction/survey.h"
 
@@ -46,20 +47,6 @@ std::vector<Vec3d> SamplePoints(const std::vector<Vec3d>& points, const Box3d& b
 // Width over height of what the view shows of the points, for choosing a picture's shape; 1 where
 // nothing can be said. A photograph's own shape.
 double SubjectAspect(const ViewContext& context, const ViewRequest& request);
-
-// The axes the presets look along, world, orthonormal, right-handed: up; north, the direction in
-// which "front" looks and which is up in "top"; east = north x up.
-struct PresetAxes {
-  Vec3d east{1, 0, 0}, north{0, 1, 0}, up{0, 0, 1};
-};
-// Without `front`, north is where the shortest turn that takes +z to `up` takes +y: +y for a survey
-// with z up, +z for COLMAP's first camera (y down).
-PresetAxes AxesFor(const std::optional<Vec3d>& up, const std::optional<Vec3d>& front);
-
-// The direction in which most photographs look, made horizontal; nullopt where they look all round,
-// or where `up` is the z axis already (a survey that is oriented to the world keeps its north).
-std::optional<Vec3d> EstimateFront(const std::vector<Photograph>& photographs,
-                                   const std::optional<Vec3d>& up);
 
 // The photograph called `name`, or whose name ends in it ("DSC05083", "left/0001.jpg"), without
 // regard to case where nothing else fits. Throws InputError (see MakeCamera).
