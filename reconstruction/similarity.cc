@@ -35,6 +35,16 @@ Similarity3d FromMatrix(const std::string& path, const std::vector<double>& m) {
 
 }  // namespace
 
+Similarity3d Compose(const Similarity3d& c_from_b, const Similarity3d& b_from_a) {
+  const Rigid3d& c = c_from_b.rotation_and_translation;
+  const Rigid3d& b = b_from_a.rotation_and_translation;
+  const Eigen::Quaterniond q =
+      (Eigen::Quaterniond(c.qw, c.qx, c.qy, c.qz) * Eigen::Quaterniond(b.qw, b.qx, b.qy, b.qz))
+          .normalized();
+  return {c_from_b.scale * b_from_a.scale,
+          {q.w(), q.x(), q.y(), q.z(), c_from_b.Apply(b.translation)}};
+}
+
 Similarity3d ReadSimilarity(const std::string& path) {
   TextReader reader(path);
   if (reader.size() > kLargestFile) {

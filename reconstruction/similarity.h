@@ -20,6 +20,9 @@ struct Similarity3d {
   }
 };
 
+// From a to c by way of b; rotations of unit length stay so.
+Similarity3d Compose(const Similarity3d& c_from_b, const Similarity3d& b_from_a);
+
 // The file colmap model_aligner writes with --transform_path ("scale qw qx qy qz tx ty tz", w
 // first), or a matrix of 3 or 4 rows of 4 numbers. Numbers are read to the last bit. Throws
 // InputError with the line: other counts of numbers, a scale that is not positive, a matrix that is

@@ -8,6 +8,7 @@
 #include "app/cli/option_types.h"
 #include "app/cli/progress.h"
 #include "app/cli/source.h"
+#include "app/cli/summary.h"
 #include "app/project/format.h"
 #include "app/project/project.h"
 #include "metaball/error.h"
@@ -52,8 +53,6 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 
 Json GroundJson(const LevelledGround& levelled) {
   const GroundPlane& ground = levelled.ground;
-  const Rigid3d& r = levelled.transform.rotation_and_translation;
-  const Vec3d& t = r.translation;
   return {{"tilt_deg", levelled.tilt_rad * kDegrees},
           {"points", ground.points},
           {"share", ground.share},
@@ -62,7 +61,7 @@ Json GroundJson(const LevelledGround& levelled) {
           {"rms", ground.rms},
           {"normal", ToJson(ground.normal)},
           {"point", ToJson(ground.point)},
-          {"transform", {levelled.transform.scale, r.qw, r.qx, r.qy, r.qz, t.x, t.y, t.z}}};
+          {"transform", ToJson(levelled.transform)}};
 }
 
 std::string GroundText(const LevelledGround& levelled) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "app/cli/look_options.h"
 #include "app/cli/table.h"
@@ -9,6 +10,22 @@
 #include "reconstruction/mesh_import.h"
 
 namespace sherd::cli {
+namespace {
+
+// Empty where the project is in its source's frame.
+std::string DescribeFrame(const std::optional<Similarity3d>& project_from_source) {
+  if (!project_from_source) return "not known (the project is older than its record of turns)";
+  const Rigid3d& r = project_from_source->rotation_and_translation;
+  const Vec3d& t = r.translation;
+  const double turn =
+      2 * std::atan2(std::hypot(r.qx, r.qy, r.qz), std::abs(r.qw)) * 180 / std::numbers::pi;
+  if (project_from_source->scale == 1 && turn == 0 && t == Vec3d{}) return "";
+  return "the source's scaled by " + FormatNumber(project_from_source->scale, 6) + ", turned by " +
+         FormatNumber(turn) + " degrees and moved by " + FormatNumber(t.x) + ", " +
+         FormatNumber(t.y) + ", " + FormatNumber(t.z) + " (--json has the transform)";
+}
+
+}  // namespace
 
 Json ToJson(const LevelEntry& level) {
   const LevelStats& s = level.stats;
@@ -18,6 +35,7 @@ Json ToJson(const LevelEntry& level) {
           {"target_count", s.target_count},
           {"source_points", s.source_points},
           {"outliers_removed", s.outliers},
+          {"noise_smoothed", level.options.smooth_noise},
           {"spacing", s.spacing},
           {"radius_min", s.radius_min},
           {"radius_median", s.radius_median},
@@ -29,6 +47,12 @@ Json ToJson(const LevelEntry& level) {
           {"error_max", s.HasErrors() ? Json(s.error_max) : Json()},
           {"seconds", s.seconds},
           {"cloud_bytes", s.cloud_bytes}};
+}
+
+Json ToJson(const Similarity3d& similarity) {
+  const Rigid3d& r = similarity.rotation_and_translation;
+  const Vec3d& t = r.translation;
+  return {similarity.scale, r.qw, r.qx, r.qy, r.qz, t.x, t.y, t.z};
 }
 
 Json ToJson(const Project& project) {
@@ -48,6 +72,8 @@ Json ToJson(const Project& project) {
       {"metres_per_unit", project.metres_per_unit() ? Json(*project.metres_per_unit()) : Json()},
       {"up", project.up() ? ToJson(*project.up()) : Json()},
       {"front", project.front() ? ToJson(*project.front()) : Json()},
+      {"project_from_source",
+       project.project_from_source() ? ToJson(*project.project_from_source()) : Json()},
       {"bounds", {{"min", ToJson(project.bounds().min)}, {"max", ToJson(project.bounds().max)}}},
       {"warnings", import.warnings},
       {"import_seconds", import.seconds},
@@ -87,7 +113,8 @@ std::string DescribeImport(const Project& project) {
                                              : "not known (--metres-per-unit M sets it)"},
                              {"extent", length(size.x) + " x " + length(size.y) + " x " +
                                             length(size.z) + " without stray points"},
-                             {"up", up}});
+                             {"up", up},
+                             {"frame", DescribeFrame(project.project_from_source())}});
   for (const std::string& warning : import.warnings)
     text += "  warning: " + OneLine(warning) + "\n";
   return text;
@@ -96,16 +123,18 @@ std::string DescribeImport(const Project& project) {
 std::string DescribeLevels(const Project& project) {
   if (project.levels().empty()) return "";
   const std::optional<double>& scale = project.metres_per_unit();
-  std::vector<std::vector<std::string>> rows = {{"level", "metaballs", "spacing", "radius",
+  std::vector<std::vector<std::string>> rows = {{"level", "metaballs", "noise", "spacing", "radius",
                                                  "threshold", "gaps likely", "error, mean", "95 %",
                                                  "largest", "memory", "built in"}};
   for (const LevelEntry& level : project.levels()) {
     const LevelStats& s = level.stats;
     const auto error = [&](double v) { return s.HasErrors() ? FormatLength(v, scale) : "-"; };
-    rows.push_back({level.name, FormatGrouped(s.count), FormatLength(s.spacing, scale),
-                    FormatLength(s.radius_median, scale), FormatNumber(s.threshold),
-                    FormatShare(s.open_share), error(s.error_mean), error(s.error_p95),
-                    error(s.error_max), FormatBytes(s.cloud_bytes), FormatSeconds(s.seconds)});
+    rows.push_back({level.name, FormatGrouped(s.count),
+                    level.options.smooth_noise ? "smoothed" : "kept",
+                    FormatLength(s.spacing, scale), FormatLength(s.radius_median, scale),
+                    FormatNumber(s.threshold), FormatShare(s.open_share), error(s.error_mean),
+                    error(s.error_p95), error(s.error_max), FormatBytes(s.cloud_bytes),
+                    FormatSeconds(s.seconds)});
   }
   return Table(rows);
 }

@@ -11,6 +11,8 @@ namespace sherd::cli {
 
 Json ToJson(const LevelEntry& level);
 Json ToJson(const Project& project);
+// Scale, quaternion w x y z, translation, as in colmap model_aligner's file.
+Json ToJson(const Similarity3d& similarity);
 
 // What was imported, and what to do next where something is missing.
 std::string DescribeImport(const Project& project);

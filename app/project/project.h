@@ -91,6 +91,9 @@ class Project {
   const std::optional<Vec3d>& up() const { return up_; }
   // The direction in which the front view looks (preset_axes.h); world.
   const std::optional<Vec3d>& front() const { return front_; }
+  // From the frame of what was imported to the project's: a transform given at import, then the
+  // turns that levelled the ground. nullopt: not known (a project from before it was kept).
+  const std::optional<Similarity3d>& project_from_source() const { return project_from_source_; }
   // What to look at (robust bounds of the points, world).
   const Box3d& bounds() const { return bounds_; }
   // What the view presets fit and are aligned to, the same for all levels. `survey` may be null; it
@@ -132,6 +135,8 @@ class Project {
   std::string Folder() const;  // where the project file lies, absolute
   // Absolute path of something the JSON names.
   std::string Resolve(const std::string& relative) const;
+  // Removes what this state of the project names (RemoveOld), once another state stands.
+  void RemoveFiles(const std::string& data_folder) const;
 
   std::string path_;
   std::string survey_file_, outline_file_;  // relative to the project file
@@ -140,6 +145,7 @@ class Project {
   std::vector<LevelEntry> levels_;
   std::optional<double> metres_per_unit_;
   std::optional<Vec3d> up_, front_;
+  std::optional<Similarity3d> project_from_source_ = Similarity3d{};
   Box3d bounds_;
 };
 

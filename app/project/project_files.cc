@@ -2,6 +2,7 @@
 
 #include <system_error>
 
+#include "app/project/project.h"
 #include "app/project/survey_file.h"
 #include "metaball/error.h"
 #include "metaball/metaball_file.h"
@@ -45,6 +46,13 @@ void RemoveOld(const fs::path& data_folder, const fs::path& old) {
   if (old.lexically_normal().parent_path() == data_folder.lexically_normal()) {
     fs::remove_all(old, error);
   }
+}
+
+void Project::RemoveFiles(const std::string& data_folder) const {
+  for (const std::string& file : {survey_file_, outline_file_}) {
+    if (!file.empty()) RemoveOld(data_folder, Resolve(file));
+  }
+  for (const LevelEntry& level : levels_) RemoveOld(data_folder, Resolve(level.folder));
 }
 
 }  // namespace sherd

@@ -33,6 +33,9 @@ LevelledGround LevelGround(Project* project, const GroundOptions& options, const
 
   Project moved = *project;
   moved.up_ = Vec3d{0, 0, 1};
+  if (moved.project_from_source_) {
+    moved.project_from_source_ = Compose(result.transform, *moved.project_from_source_);
+  }
   if (moved.front_) {
     const Vec3d front = motion.Rotate(*moved.front_);
     moved.front_ = Normalized(Vec3d{front.x, front.y, 0}, Vec3d{0, 1, 0});
@@ -63,12 +66,7 @@ LevelledGround LevelGround(Project* project, const GroundOptions& options, const
   outline_file.Keep();
   for (Scratch& folder : folders) folder.Keep();
 
-  for (const std::string& old : {project->survey_file_, project->outline_file_}) {
-    RemoveOld(data_folder, project->Resolve(old));
-  }
-  for (const LevelEntry& level : project->levels_) {
-    RemoveOld(data_folder, project->Resolve(level.folder));
-  }
+  project->RemoveFiles(data_folder.string());
   *project = std::move(moved);
   control.Report("levelled", 1);
   return result;

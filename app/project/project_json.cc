@@ -1,6 +1,7 @@
 #include "app/project/project_json.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -31,6 +32,14 @@ Json FromOptional(const std::optional<T>& v) {
   } else {
     return v ? Json(*v) : Json();
   }
+}
+
+// As in colmap model_aligner's file: scale, quaternion w x y z, translation.
+Json FromSimilarity(const std::optional<Similarity3d>& similarity) {
+  if (!similarity) return {};
+  const Rigid3d& r = similarity->rotation_and_translation;
+  const Vec3d& t = r.translation;
+  return Json::array({similarity->scale, r.qw, r.qx, r.qy, r.qz, t.x, t.y, t.z});
 }
 
 // `path` as seen from the project file's folder.
@@ -72,13 +81,18 @@ class Reader {
     if (!v.is_boolean()) Fail(Name(key), "should be true or false");
     return v.get<bool>();
   }
-  Vec3d Vector(const char* key) const {
+  template <std::size_t kCount>
+  std::array<double, kCount> Numbers(const char* key) const {
     const Json& v = Get(key);
-    if (!v.is_array() || v.size() != 3 ||
+    if (!v.is_array() || v.size() != kCount ||
         !std::all_of(v.begin(), v.end(), [](const Json& x) { return x.is_number(); })) {
-      Fail(Name(key), "should be three numbers");
+      Fail(Name(key), "should be " + std::to_string(kCount) + " numbers");
     }
-    return {v[0].get<double>(), v[1].get<double>(), v[2].get<double>()};
+    return v.get<std::array<double, kCount>>();
+  }
+  Vec3d Vector(const char* key) const {
+    const auto v = Numbers<3>(key);
+    return {v[0], v[1], v[2]};
   }
   bool Has(const char* key) const { return json_.contains(key); }
   bool IsNull(const char* key) const { return Get(key).is_null(); }
@@ -185,6 +199,15 @@ LevelEntry ToLevel(const Reader& in, std::uint64_t version) {
   return level;
 }
 
+Similarity3d ToSimilarity(const Reader& in, const char* key) {
+  const auto v = in.Numbers<8>(key);
+  const double length = std::hypot(std::hypot(v[1], v[2]), std::hypot(v[3], v[4]));
+  if (!(v[0] > 0) || !(std::abs(length - 1) < 1e-6)) {
+    in.Fail(in.Name(key), "should be a scale above 0, a unit quaternion and a translation");
+  }
+  return {v[0], {v[1], v[2], v[3], v[4], {v[5], v[6], v[7]}}};
+}
+
 std::size_t LineOf(const std::string& text, std::size_t byte) {
   const auto end = text.begin() + static_cast<std::ptrdiff_t>(std::min(byte, text.size()));
   return 1 + static_cast<std::size_t>(std::count(text.begin(), end, '\n'));
@@ -204,6 +227,7 @@ std::string ProjectJson::Write(const Project& project) {
       {"metres_per_unit", FromOptional(project.metres_per_unit_)},
       {"up", FromOptional(project.up_)},
       {"front", FromOptional(project.front_)},
+      {"project_from_source", FromSimilarity(project.project_from_source_)},
       {"bounds",
        {{"min", FromVector(project.bounds_.min)}, {"max", FromVector(project.bounds_.max)}}},
       {"import",
@@ -260,6 +284,10 @@ void ProjectJson::Read(const std::string& text, Project* project) {
   }
   if (!in.IsNull("up")) project->up_ = in.Vector("up");
   if (!in.IsNull("front")) project->front_ = in.Vector("front");
+  project->project_from_source_.reset();
+  if (in.Has("project_from_source") && !in.IsNull("project_from_source")) {
+    project->project_from_source_ = ToSimilarity(in, "project_from_source");
+  }
   const Reader bounds = in.Object("bounds");
   project->bounds_ = {bounds.Vector("min"), bounds.Vector("max")};
 

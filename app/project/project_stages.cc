@@ -127,6 +127,7 @@ Project ImportSurvey(const ImportOptions& options, const std::string& project_pa
   project.revision_ = old.revision_;
   project.metres_per_unit_ = survey.metres_per_unit;
   project.up_ = survey.up;
+  if (transform) project.project_from_source_ = *transform;
   project.front_ = EstimateFront(survey.photographs, survey.up);
   project.bounds_ = RobustBounds(survey.points.position);
   ImportSummary& summary = project.import_;
@@ -165,10 +166,7 @@ Project ImportSurvey(const ImportOptions& options, const std::string& project_pa
   survey_file.Keep();
   outline_file.Keep();
 
-  for (const std::string& file : {old.survey_file_, old.outline_file_}) {
-    if (!file.empty()) RemoveOld(data_folder, old.Resolve(file));
-  }
-  for (const LevelEntry& level : old.levels_) RemoveOld(data_folder, old.Resolve(level.folder));
+  old.RemoveFiles(data_folder.string());
   control.Report("imported", 1);
   return project;
 }

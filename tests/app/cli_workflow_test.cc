@@ -92,7 +92,8 @@ TEST_F(CliWorkflow, InfoOnWorkspaceProjectAndFiles) {
   ASSERT_EQ(found["levels"].size(), 3u);
   EXPECT_EQ(found["levels"][0]["name"], "1k");
   EXPECT_NEAR(found["levels"][0]["count"].get<double>(), 1000, 10);
-  EXPECT_THAT(RunSherd("info " + Q("p.sherd")).out, HasSubstr("gaps likely"));
+  EXPECT_THAT(RunSherd("info " + Q("p.sherd")).out,
+              AllOf(HasSubstr("gaps likely"), HasSubstr("smoothed")));
 
   const std::string cloud = Q("p.sherd.d/1k/cloud.metaballs");
   found = json::parse(RunSherd("info " + cloud + " --json").out);
@@ -179,6 +180,11 @@ TEST_F(CliWorkflow, ATransformMovesTheProject) {
   const Box3d after = Project::Open(Path("moved.sherd")).bounds();
   EXPECT_NEAR(after.min.x, 2 * before.min.x + 500000, 1e-6);
   EXPECT_NEAR(after.max.y, 2 * before.max.y + 4500000, 1e-6);
+  const std::string info = "info " + Q("moved.sherd");
+  EXPECT_EQ(json::parse(RunSherd(info + " --json").out)["project_from_source"],
+            json({2, 1, 0, 0, 0, 500000, 4500000, 100}));
+  EXPECT_THAT(RunSherd(info).out, HasSubstr("scaled by 2, turned by 0 degrees and moved by 500"));
+  EXPECT_THAT(RunSherd("info " + Q("p.sherd")).out, Not(HasSubstr("turned by")));
   testing::ExpectFailure(RunSherd("import " + Q("ws") + " --project " + Q("moved.sherd") +
                                   " --transform " + Q("ws/sparse/0/cameras.txt")),
                          2, "cameras.txt");

@@ -120,6 +120,18 @@ TEST_F(ProjectGround, EverythingMovesTogether) {
   // What is level stays so.
   const LevelledGround again = LevelGround(&project_, kWavy);
   EXPECT_LT(again.tilt_rad, 1e-6);
+  // What leads from the source here, by the import's transform and both turns, survives the file.
+  ImportOptions plain;
+  plain.source = folder_ + "/ws";
+  const auto source = ImportSurvey(plain, folder_ + "/plain.sherd").LoadSurveyFromCache();
+  const auto twice = project_.LoadSurveyFromCache();
+  const Project reread = Project::Open(path_);
+  ASSERT_TRUE(reread.project_from_source());
+  for (std::size_t i = 0; i < twice->points.size(); ++i) {
+    EXPECT_LT(Length(twice->points.position[i] -
+                     reread.project_from_source()->Apply(source->points.position[i])),
+              1e-8);
+  }
   const Vec3d& still = again.ground.point;
   EXPECT_LT(Length(again.transform.Apply(still) - still), 1e-6);
 }

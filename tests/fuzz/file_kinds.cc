@@ -174,6 +174,7 @@ Level SmallLevel() {
 
 constexpr char kProject[] = R"({"format": "sherd project", "version": 1, "program": "sherd 0.1.0",
 "revision": 2, "metres_per_unit": 0.5, "up": [0, 0, 1], "front": null,
+"project_from_source": [2, 0.6, 0.8, 0, 0, 1, 2, 3],
 "bounds": {"min": [0, 0, 0], "max": [1, 1, 1]},
 "import": {"source": "a", "photo_folder": "", "survey": "p.sherd.d/survey.bin",
 "outline": "p.sherd.d/outline.bin", "cameras": 1, "photographs": 2, "photographs_found": 1,
