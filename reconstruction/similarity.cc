@@ -1,6 +1,7 @@
 #include "reconstruction/similarity.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -33,16 +34,40 @@ Similarity3d FromMatrix(const std::string& path, const std::vector<double>& m) {
   return out;
 }
 
+// The rotation by b and then by a; no translation.
+Rigid3d Product(const Rigid3d& a, const Rigid3d& b) {
+  return {a.qw * b.qw - a.qx * b.qx - a.qy * b.qy - a.qz * b.qz,
+          a.qw * b.qx + a.qx * b.qw + a.qy * b.qz - a.qz * b.qy,
+          a.qw * b.qy - a.qx * b.qz + a.qy * b.qw + a.qz * b.qx,
+          a.qw * b.qz + a.qx * b.qy - a.qy * b.qx + a.qz * b.qw,
+          {}};
+}
+
+// False, and nothing done, where the quaternion has no length.
+bool Normalize(Rigid3d* r) {
+  const double norm = std::sqrt(r->qw * r->qw + r->qx * r->qx + r->qy * r->qy + r->qz * r->qz);
+  if (!(norm > 1e-9)) return false;
+  for (double* q : {&r->qw, &r->qx, &r->qy, &r->qz}) *q /= norm;
+  return true;
+}
+
 }  // namespace
 
+std::array<double, 8> NumbersOf(const Similarity3d& similarity) {
+  const Rigid3d& r = similarity.rotation_and_translation;
+  const Vec3d& t = r.translation;
+  return {similarity.scale, r.qw, r.qx, r.qy, r.qz, t.x, t.y, t.z};
+}
+
+Similarity3d SimilarityOf(const std::array<double, 8>& v) {
+  return {v[0], {v[1], v[2], v[3], v[4], {v[5], v[6], v[7]}}};
+}
+
 Similarity3d Compose(const Similarity3d& c_from_b, const Similarity3d& b_from_a) {
-  const Rigid3d& c = c_from_b.rotation_and_translation;
-  const Rigid3d& b = b_from_a.rotation_and_translation;
-  const Eigen::Quaterniond q =
-      (Eigen::Quaterniond(c.qw, c.qx, c.qy, c.qz) * Eigen::Quaterniond(b.qw, b.qx, b.qy, b.qz))
-          .normalized();
-  return {c_from_b.scale * b_from_a.scale,
-          {q.w(), q.x(), q.y(), q.z(), c_from_b.Apply(b.translation)}};
+  Rigid3d motion = Product(c_from_b.rotation_and_translation, b_from_a.rotation_and_translation);
+  Normalize(&motion);
+  motion.translation = c_from_b.Apply(b_from_a.rotation_and_translation.translation);
+  return {c_from_b.scale * b_from_a.scale, motion};
 }
 
 Similarity3d ReadSimilarity(const std::string& path) {
@@ -66,9 +91,9 @@ Similarity3d ReadSimilarity(const std::string& path) {
   if (numbers.size() == 12 || numbers.size() == 16) {
     out = FromMatrix(path, numbers);
   } else if (numbers.size() == 8) {
-    out.scale = numbers[0];
-    out.rotation_and_translation = {
-        numbers[1], numbers[2], numbers[3], numbers[4], {numbers[5], numbers[6], numbers[7]}};
+    std::array<double, 8> eight;
+    std::copy(numbers.begin(), numbers.end(), eight.begin());
+    out = SimilarityOf(eight);
   } else {
     throw InputError(path, "",
                      "holds " + std::to_string(numbers.size()) +
@@ -76,30 +101,22 @@ Similarity3d ReadSimilarity(const std::string& path) {
                          "translation) or is a matrix of 3 or 4 rows",
                      "colmap model_aligner writes it with --transform_path");
   }
-  Rigid3d& r = out.rotation_and_translation;
-  const double norm = std::sqrt(r.qw * r.qw + r.qx * r.qx + r.qy * r.qy + r.qz * r.qz);
-  if (!(norm > 1e-9)) throw InputError(path, "", "the rotation is no quaternion");
-  r.qw /= norm;
-  r.qx /= norm;
-  r.qy /= norm;
-  r.qz /= norm;
+  if (!Normalize(&out.rotation_and_translation)) {
+    throw InputError(path, "", "the rotation is no quaternion");
+  }
   if (!(out.scale > 0)) throw InputError(path, "", "the scale is not positive");
   return out;
 }
 
 void TransformSurvey(const Similarity3d& target_from_source, Survey* survey) {
   const Rigid3d& motion = target_from_source.rotation_and_translation;
+  const Rigid3d inverse{motion.qw, -motion.qx, -motion.qy, -motion.qz, {}};
   for (Vec3d& p : survey->points.position) p = target_from_source.Apply(p);
   for (Vec3f& n : survey->points.normal) n = motion.Rotate(n.cast<double>()).cast<float>();
   for (Photograph& photo : survey->photographs) {
     // The centre moves as a point does; the rotation is that of the camera after the inverse one.
     const Vec3d center = target_from_source.Apply(photo.cam_from_world.Center());
-    const Rigid3d& q = photo.cam_from_world;
-    Rigid3d moved;
-    moved.qw = q.qw * motion.qw + q.qx * motion.qx + q.qy * motion.qy + q.qz * motion.qz;
-    moved.qx = -q.qw * motion.qx + q.qx * motion.qw - q.qy * motion.qz + q.qz * motion.qy;
-    moved.qy = -q.qw * motion.qy + q.qx * motion.qz + q.qy * motion.qw - q.qz * motion.qx;
-    moved.qz = -q.qw * motion.qz - q.qx * motion.qy + q.qy * motion.qx + q.qz * motion.qw;
+    Rigid3d moved = Product(photo.cam_from_world, inverse);
     moved.translation = -moved.Rotate(center);
     photo.cam_from_world = moved;
   }

@@ -1,6 +1,7 @@
 // From one frame to another by scale, rotation and translation: what geo-registration gives.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "metaball/vec.h"
@@ -19,6 +20,11 @@ struct Similarity3d {
     return rotation_and_translation.Rotate(p) * scale + rotation_and_translation.translation;
   }
 };
+
+// Scale, quaternion w x y z, translation: the order of colmap model_aligner's file. Neither looks
+// at what the numbers are.
+std::array<double, 8> NumbersOf(const Similarity3d& similarity);
+Similarity3d SimilarityOf(const std::array<double, 8>& numbers);
 
 // From a to c by way of b; rotations of unit length stay so.
 Similarity3d Compose(const Similarity3d& c_from_b, const Similarity3d& b_from_a);

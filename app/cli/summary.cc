@@ -49,11 +49,7 @@ Json ToJson(const LevelEntry& level) {
           {"cloud_bytes", s.cloud_bytes}};
 }
 
-Json ToJson(const Similarity3d& similarity) {
-  const Rigid3d& r = similarity.rotation_and_translation;
-  const Vec3d& t = r.translation;
-  return {similarity.scale, r.qw, r.qx, r.qy, r.qz, t.x, t.y, t.z};
-}
+Json ToJson(const Similarity3d& similarity) { return NumbersOf(similarity); }
 
 Json ToJson(const Project& project) {
   const ImportSummary& import = project.import_summary();

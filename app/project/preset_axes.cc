@@ -1,7 +1,5 @@
 #include "app/project/preset_axes.h"
 
-#include <cmath>
-
 namespace sherd {
 
 PresetAxes AxesFor(const std::optional<Vec3d>& up, const std::optional<Vec3d>& front) {

@@ -145,7 +145,7 @@ class Project {
   std::vector<LevelEntry> levels_;
   std::optional<double> metres_per_unit_;
   std::optional<Vec3d> up_, front_;
-  std::optional<Similarity3d> project_from_source_ = Similarity3d{};
+  std::optional<Similarity3d> project_from_source_;
   Box3d bounds_;
 };
 

@@ -29,17 +29,11 @@ template <class T>
 Json FromOptional(const std::optional<T>& v) {
   if constexpr (std::is_same_v<T, Vec3d>) {
     return v ? FromVector(*v) : Json();
+  } else if constexpr (std::is_same_v<T, Similarity3d>) {
+    return v ? Json(NumbersOf(*v)) : Json();
   } else {
     return v ? Json(*v) : Json();
   }
-}
-
-// As in colmap model_aligner's file: scale, quaternion w x y z, translation.
-Json FromSimilarity(const std::optional<Similarity3d>& similarity) {
-  if (!similarity) return {};
-  const Rigid3d& r = similarity->rotation_and_translation;
-  const Vec3d& t = r.translation;
-  return Json::array({similarity->scale, r.qw, r.qx, r.qy, r.qz, t.x, t.y, t.z});
 }
 
 // `path` as seen from the project file's folder.
@@ -205,7 +199,7 @@ Similarity3d ToSimilarity(const Reader& in, const char* key) {
   if (!(v[0] > 0) || !(std::abs(length - 1) < 1e-6)) {
     in.Fail(in.Name(key), "should be a scale above 0, a unit quaternion and a translation");
   }
-  return {v[0], {v[1], v[2], v[3], v[4], {v[5], v[6], v[7]}}};
+  return SimilarityOf(v);
 }
 
 std::size_t LineOf(const std::string& text, std::size_t byte) {
@@ -227,7 +221,7 @@ std::string ProjectJson::Write(const Project& project) {
       {"metres_per_unit", FromOptional(project.metres_per_unit_)},
       {"up", FromOptional(project.up_)},
       {"front", FromOptional(project.front_)},
-      {"project_from_source", FromSimilarity(project.project_from_source_)},
+      {"project_from_source", FromOptional(project.project_from_source_)},
       {"bounds",
        {{"min", FromVector(project.bounds_.min)}, {"max", FromVector(project.bounds_.max)}}},
       {"import",
@@ -284,7 +278,6 @@ void ProjectJson::Read(const std::string& text, Project* project) {
   }
   if (!in.IsNull("up")) project->up_ = in.Vector("up");
   if (!in.IsNull("front")) project->front_ = in.Vector("front");
-  project->project_from_source_.reset();
   if (in.Has("project_from_source") && !in.IsNull("project_from_source")) {
     project->project_from_source_ = ToSimilarity(in, "project_from_source");
   }

@@ -127,7 +127,7 @@ Project ImportSurvey(const ImportOptions& options, const std::string& project_pa
   project.revision_ = old.revision_;
   project.metres_per_unit_ = survey.metres_per_unit;
   project.up_ = survey.up;
-  if (transform) project.project_from_source_ = *transform;
+  project.project_from_source_ = transform.value_or(Similarity3d{});
   project.front_ = EstimateFront(survey.photographs, survey.up);
   project.bounds_ = RobustBounds(survey.points.position);
   ImportSummary& summary = project.import_;

@@ -53,6 +53,16 @@ TEST(Similarity, AsAMatrix) {
   }
 }
 
+TEST(Similarity, OneAfterAnother) {
+  const Similarity3d first = ReadSimilarity(Written("0.5 0.5 0.5 -0.5 0.5 100 -20 3"));
+  const Similarity3d second = ReadSimilarity(Written("3 0.6 0 0.8 0 -7 8 9"));
+  const Similarity3d both = Compose(second, first);
+  EXPECT_EQ(both.scale, 1.5);
+  for (const Vec3d& p : {Vec3d{0, 0, 0}, Vec3d{1, 2, 3}, Vec3d{-40, 5, 0.5}}) {
+    EXPECT_LT(Length(both.Apply(p) - second.Apply(first.Apply(p))), 1e-12);
+  }
+}
+
 TEST(Similarity, WhatIsNoneIsRefused) {
   EXPECT_THAT(ErrorOf(""), HasSubstr("holds 0 numbers"));
   EXPECT_THAT(ErrorOf("1 1 0 0 0 0 0"), HasSubstr("holds 7 numbers"));
