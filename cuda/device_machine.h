@@ -171,31 +171,12 @@ class DeviceMachine {
 
   template <class T>
   void Resize(Buffer<T>* buffer, std::size_t n, const char* what) {
-    if (n > buffer->capacity_) {
-      const std::uint64_t exact = n * sizeof(T);
-      Release(buffer);
-      // A little more than asked for, so that a slowly growing need does not reallocate each frame.
-      std::size_t capacity = n + n / 8;
-      cudaError_t code = cudaMalloc(reinterpret_cast<void**>(&buffer->data_), capacity * sizeof(T));
-      if (code == cudaErrorMemoryAllocation) {
-        cudaGetLastError();
-        capacity = n;
-        code = cudaMalloc(reinterpret_cast<void**>(&buffer->data_), exact);
-      }
-      if (code == cudaErrorMemoryAllocation) {
-        cudaGetLastError();
-        buffer->data_ = nullptr;
-        const std::uint64_t free = AvailableBytes();
-        throw ResourceError(std::string("the GPU's memory is full: ") + what + " need " +
-                                std::to_string(exact >> 20) + " MB, " + std::to_string(free >> 20) +
-                                " MB are free",
-                            exact, free);
-      }
-      CheckCuda(code, "cudaMalloc");
-      buffer->capacity_ = capacity;
-      reserved_ += buffer->bytes();
-    }
-    buffer->size_ = n;
+    // A little more than asked for, so that a slowly growing need does not reallocate each frame.
+    Resize(buffer, n, n + n / 8, what);
+  }
+  template <class T>
+  void ResizeExactly(Buffer<T>* buffer, std::size_t n, const char* what) {
+    Resize(buffer, n, n, what);
   }
   template <class T>
   void Release(Buffer<T>* buffer) {
@@ -331,6 +312,33 @@ class DeviceMachine {
   static constexpr std::uint64_t kKeptFree = std::uint64_t{64} << 20;  // for the driver and others
   static constexpr std::size_t kPieceBytes = std::size_t{4} << 20;
   static constexpr std::size_t kSmallBytes = 4096;
+
+  template <class T>
+  void Resize(Buffer<T>* buffer, std::size_t n, std::size_t capacity, const char* what) {
+    if (n > buffer->capacity_) {
+      const std::uint64_t exact = n * sizeof(T);
+      Release(buffer);
+      cudaError_t code = cudaMalloc(reinterpret_cast<void**>(&buffer->data_), capacity * sizeof(T));
+      if (code == cudaErrorMemoryAllocation) {
+        cudaGetLastError();
+        capacity = n;
+        code = cudaMalloc(reinterpret_cast<void**>(&buffer->data_), exact);
+      }
+      if (code == cudaErrorMemoryAllocation) {
+        cudaGetLastError();
+        buffer->data_ = nullptr;
+        const std::uint64_t free = AvailableBytes();
+        throw ResourceError(std::string("the GPU's memory is full: ") + what + " need " +
+                                std::to_string(exact >> 20) + " MB, " + std::to_string(free >> 20) +
+                                " MB are free",
+                            exact, free);
+      }
+      CheckCuda(code, "cudaMalloc");
+      buffer->capacity_ = capacity;
+      reserved_ += buffer->bytes();
+    }
+    buffer->size_ = n;
+  }
 
   struct Timing {
     std::string name;

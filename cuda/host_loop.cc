@@ -4,6 +4,7 @@
 
 #include "cuda/frame_pipeline.h"
 #include "cuda/host_machine.h"
+#include "cuda/photo_tile_store.h"
 #include "metaball/appearance/deferred.h"
 
 namespace sherd {
@@ -36,6 +37,12 @@ class HostLoopRenderer final : public Renderer {
 
 std::unique_ptr<Renderer> MakeHostLoopRenderer(const HostLoopOptions& options) {
   return std::make_unique<HostLoopRenderer>(options);
+}
+
+std::unique_ptr<PhotoTileSampler> MakeHostLoopPhotoSampler(std::uint64_t pool_bytes,
+                                                           const HostLoopOptions& options) {
+  return std::make_unique<PhotoTileStore<HostMachine<false>>>(
+      HostMachine<false>(options.memory_bytes, options.order), pool_bytes);
 }
 
 FrameWork CountFrameWork(const Scene& scene, const Camera& camera, const RenderSettings& settings) {

@@ -7,6 +7,7 @@
 
 #include "cuda/kernels/block.h"
 #include "cuda/machine.h"
+#include "cuda/photo_sampler.h"
 #include "metaball/renderer.h"
 
 namespace sherd {
@@ -20,6 +21,10 @@ struct HostLoopOptions {
 
 // backend() is "host-loop".
 std::unique_ptr<Renderer> MakeHostLoopRenderer(const HostLoopOptions& options = {});
+
+// The store of photographs and its kernels; memory_bytes may cut the pool short.
+std::unique_ptr<PhotoTileSampler> MakeHostLoopPhotoSampler(std::uint64_t pool_bytes,
+                                                           const HostLoopOptions& options = {});
 
 // The operations that the kernels would do for this frame, counted.
 FrameWork CountFrameWork(const Scene& scene, const Camera& camera, const RenderSettings& settings);

@@ -77,6 +77,10 @@ class HostMachine {
     if (n > 0) std::memset(static_cast<void*>(buffer->data()), 0xcd, n * sizeof(T));
   }
   template <class T>
+  void ResizeExactly(Buffer<T>* buffer, std::size_t n, const char* what) {
+    Resize(buffer, n, what);
+  }
+  template <class T>
   void Release(Buffer<T>* buffer) {
     reserved_ -= buffer->bytes();
     *buffer = {};

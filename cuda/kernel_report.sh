@@ -25,8 +25,10 @@ flags="-std=c++20 --expt-relaxed-constexpr -O3 -DNDEBUG -I. -Xptxas -v"
 
 : >"$work/rows"
 for architecture in $architectures; do
-  "$nvcc" $flags -arch="sm_$architecture" -cubin -o "$work/out.cubin" cuda/cuda_renderer.cu \
-    2>&1 | c++filt | awk -v architecture="$architecture" -f cuda/kernel_report.awk >>"$work/rows"
+  for source in cuda/cuda_renderer.cu cuda/photo_sampler.cu; do
+    "$nvcc" $flags -arch="sm_$architecture" -cubin -o "$work/out.cubin" "$source" \
+      2>&1 | c++filt | awk -v architecture="$architecture" -f cuda/kernel_report.awk >>"$work/rows"
+  done
 done
 
 mkdir -p "$(dirname "$out")"
@@ -34,7 +36,7 @@ mkdir -p "$(dirname "$out")"
   echo "# The kernels, as the compiler sees them"
   echo
   echo "Made by \`cuda/kernel_report.sh $out\` with $("$nvcc" --version | grep -o 'release [0-9.]*, V[0-9.]*')"
-  echo "(\`nvcc $flags -arch=sm_NN -cubin cuda/cuda_renderer.cu\`). CUB's own kernels are left out."
+  echo "(\`nvcc $flags -arch=sm_NN -cubin\` of its .cu files). CUB's own kernels are left out."
   echo
   echo "Spills are bytes stored + loaded; stack is the frame in bytes. Warps: resident on one"
   echo "multiprocessor, of those it can hold, and what limits them, calculated from registers, shared"

@@ -1,8 +1,9 @@
-// What the frame pipeline asks of the machine it runs on. The GPU (device_machine.cuh) and the
+// What the frame pipeline asks of the machine it runs on. The GPU (device_machine.h) and the
 // host loop (host_machine.h) answer the same questions, so the pipeline is one text.
 //
 //   template <class T> class Buffer     memory of the machine: data(), size(), bytes()
-//   Reserve(&buffer, n, what)           at least n elements; the content is lost when it grows
+//   Resize(&buffer, n, what)            n elements; the content is lost when it grows
+//   ResizeExactly(&buffer, n, what)     the same without room to grow
 //   Release(&buffer), ReleaseScratch()   gives memory back
 //   Zero(&buffer, n)                    the first n elements
 //   Upload(&buffer, begin, source, n), Download(destination, buffer, n)

@@ -4,6 +4,7 @@
 
 #include "cuda/cuda_renderer.h"
 #include "cuda/fallback.h"
+#include "cuda/photo_sampler.h"
 #include "metaball/error.h"
 
 namespace sherd {
@@ -54,6 +55,17 @@ std::unique_ptr<Renderer> MakeRenderer(Backend backend, std::string* why) {
   auto renderer = MakeCpuRenderer();
   Say(why, "CPU (" + renderer->device() + "): " + reason);
   return renderer;
+}
+
+std::unique_ptr<PhotoSampler> MakePhotoSampler(const Renderer& renderer) {
+  if (renderer.backend() != "cuda") return nullptr;
+  try {
+    return MakeCudaPhotoSampler(0);
+  } catch (const DeviceError&) {
+    return nullptr;  // what it looks up, the CPU does
+  } catch (const ResourceError&) {
+    return nullptr;
+  }
 }
 
 }  // namespace sherd

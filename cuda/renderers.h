@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "metaball/photo/sampler.h"
 #include "metaball/renderer.h"
 
 namespace sherd {
@@ -24,5 +25,9 @@ CudaStatus QueryCuda();
 // kAuto: the GPU where there is one, else the CPU; `why`, when given, receives one line that says
 // what was chosen and why. kCuda throws DeviceError when no GPU can be used.
 std::unique_ptr<Renderer> MakeRenderer(Backend backend, std::string* why = nullptr);
+
+// What looks photographs up on the GPU that draws for `renderer`, in at most a quarter of the GPU's
+// free memory; null where the CPU draws or the GPU refuses.
+std::unique_ptr<PhotoSampler> MakePhotoSampler(const Renderer& renderer);
 
 }  // namespace sherd

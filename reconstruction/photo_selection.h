@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "reconstruction/photo_lookup.h"
+#include "metaball/photo/lookup.h"
 #include "reconstruction/photo_set.h"
 #include "reconstruction/surface_depths.h"
 #include "reconstruction/surface_point.h"

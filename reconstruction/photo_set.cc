@@ -1,7 +1,7 @@
 #include "reconstruction/photo_set.h"
 
 #include <algorithm>
-#include <numeric>
+#include <utility>
 
 #include "metaball/error.h"
 #include "reconstruction/parallel.h"
@@ -51,50 +51,108 @@ double PhotoSet::Unmasked(const PhotoLookup& lookup, const Vec3d& point) const {
   return std::clamp((distance - FootprintReach(lookup)) / SurroundingsWidth(lookup), 0.0, 1.0);
 }
 
+std::vector<PhotoSet::Group> PhotoSet::GroupsOf(const std::vector<PhotoLookup>& lookups) const {
+  std::vector<std::size_t> count(views_.size(), 0);
+  for (const PhotoLookup& lookup : lookups) ++count[lookup.photo];
+  std::vector<Group> groups;
+  std::vector<std::size_t> group_of(views_.size());
+  for (std::size_t photo = 0; photo < views_.size(); ++photo) {
+    if (count[photo] == 0 || !views_[photo]) continue;
+    group_of[photo] = groups.size();
+    groups.push_back({static_cast<std::uint32_t>(photo), 30, {}});
+    groups.back().idx.reserve(count[photo]);
+  }
+  for (std::size_t i = 0; i < lookups.size(); ++i) {
+    if (!views_[lookups[i].photo]) continue;
+    Group& group = groups[group_of[lookups[i].photo]];
+    group.finest = std::min<int>(group.finest, lookups[i].level);
+    group.idx.push_back(static_cast<std::uint32_t>(i));
+  }
+  return groups;
+}
+
+void PhotoSet::Decode(
+    const std::vector<Group>& groups, const char* what,
+    const std::function<void(const Group& group, const PhotoPyramid& pyramid)>& visit,
+    const Control& control) {
+  std::vector<PhotoStore::Request> requests;
+  for (const Group& group : groups) {
+    const PhotoView& view = *views_[group.photo];
+    requests.push_back({view.path(), view.width(), view.height(), group.finest});
+  }
+  for (std::size_t r = 0; r < requests.size();) {
+    control.Report(what, static_cast<double>(r) / static_cast<double>(requests.size()));
+    for (const auto& pyramid : store_.Fetch(requests, r, control, &problems_)) {
+      const Group& group = groups[r++];
+      if (pyramid) {
+        used_[group.photo] = true;
+        visit(group, *pyramid);
+      } else {
+        views_[group.photo].reset();
+      }
+    }
+  }
+}
+
 void PhotoSet::Visit(const std::vector<PhotoLookup>& lookups, const char* what,
                      const std::function<void(std::size_t i, const PhotoPyramid& pyramid)>& visit,
                      const Control& control) {
   constexpr std::size_t kBlock = 2048;
-  // By photograph (a counting sort).
-  std::vector<std::size_t> begin(views_.size() + 1, 0);
-  for (const PhotoLookup& lookup : lookups) ++begin[std::size_t{lookup.photo} + 1];
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<std::uint32_t> order(lookups.size());
-  std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
-  for (std::size_t i = 0; i < lookups.size(); ++i) {
-    order[next[lookups[i].photo]++] = static_cast<std::uint32_t>(i);
-  }
-  std::vector<PhotoStore::Request> requests;
-  std::vector<std::size_t> photo_of;
-  for (std::size_t photo = 0; photo < views_.size(); ++photo) {
-    if (begin[photo] == begin[photo + 1] || !views_[photo]) continue;
-    int finest = 30;
-    for (std::size_t i = begin[photo]; i < begin[photo + 1]; ++i) {
-      finest = std::min<int>(finest, lookups[order[i]].level);
+  Decode(
+      GroupsOf(lookups), what,
+      [&](const Group& group, const PhotoPyramid& pyramid) {
+        ParallelBlocks(
+            group.idx.size(), kBlock,
+            [&](std::size_t from, std::size_t to) {
+              for (std::size_t k = from; k < to; ++k) visit(group.idx[k], pyramid);
+            },
+            control);
+      },
+      control);
+}
+
+void PhotoSet::Sample(const std::vector<PhotoLookup>& lookups, const char* what,
+                      PhotoSampler* sampler, std::vector<PhotoColors>* colors,
+                      std::vector<char>* there, const Control& control) {
+  colors->assign(lookups.size(), {});
+  there->assign(lookups.size(), 0);
+  std::vector<PhotoLookup> own;
+  std::vector<PhotoColors> sampled;
+  const auto gather = [&](const Group& group) {
+    own.clear();
+    for (const std::uint32_t i : group.idx) own.push_back(lookups[i]);
+  };
+  const auto sample = [&](const Group& group, const PhotoExtent& extent,
+                          const PhotoPyramid* pyramid) {
+    sampled.resize(own.size());
+    sampler->Sample(extent, pyramid, own, sampled.data(), control);
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      (*colors)[group.idx[k]] = sampled[k];
+      (*there)[group.idx[k]] = 1;
     }
-    const PhotoView& view = *views_[photo];
-    requests.push_back({view.path(), view.width(), view.height(), finest});
-    photo_of.push_back(photo);
-  }
-  for (std::size_t r = 0; r < requests.size();) {
-    control.Report(what, static_cast<double>(r) / static_cast<double>(requests.size()));
-    const auto pyramids = store_.Fetch(requests, r, control, &problems_);
-    for (const auto& pyramid : pyramids) {
-      const std::size_t photo = photo_of[r++];
-      if (!pyramid) {
-        views_[photo].reset();
-        continue;
-      }
-      used_[photo] = true;
-      const std::size_t first = begin[photo];
-      ParallelBlocks(
-          begin[photo + 1] - first, kBlock,
-          [&](std::size_t from, std::size_t to) {
-            for (std::size_t i = from; i < to; ++i) visit(order[first + i], *pyramid);
-          },
-          control);
+  };
+  const auto extent_of = [&](const Group& group) {
+    const PhotoView& view = *views_[group.photo];
+    return PhotoExtent{group.photo, view.width(), view.height(), group.finest};
+  };
+  // First what the sampler still holds: the others may make it let go of that.
+  std::vector<Group> rest;
+  for (Group& group : GroupsOf(lookups)) {
+    gather(group);
+    if (sampler->NeedsPixels(extent_of(group), own, control)) {
+      rest.push_back(std::move(group));
+    } else {
+      used_[group.photo] = true;
+      sample(group, extent_of(group), nullptr);
     }
   }
+  Decode(
+      rest, what,
+      [&](const Group& group, const PhotoPyramid& pyramid) {
+        gather(group);
+        sample(group, extent_of(group), &pyramid);
+      },
+      control);
 }
 
 std::uint64_t PhotoSet::used() const {

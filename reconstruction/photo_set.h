@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "metaball/control.h"
+#include "metaball/photo/sampler.h"
 #include "reconstruction/mask_distance.h"
-#include "reconstruction/photo_lookup.h"
 #include "reconstruction/photo_store.h"
 #include "reconstruction/photo_view.h"
 #include "reconstruction/survey.h"
@@ -44,8 +44,12 @@ class PhotoSet {
   void Visit(const std::vector<PhotoLookup>& lookups, const char* what,
              const std::function<void(std::size_t i, const PhotoPyramid& pyramid)>& visit,
              const Control& control);
+  // Asks `sampler` for the colours of every lookup whose photograph can be read; there[i]: it
+  // could. Photographs are decoded only where the sampler needs their pixels.
+  void Sample(const std::vector<PhotoLookup>& lookups, const char* what, PhotoSampler* sampler,
+              std::vector<PhotoColors>* colors, std::vector<char>* there, const Control& control);
 
-  // Photographs that Visit has decoded since the last ClearUsed.
+  // Photographs that Visit and Sample have looked into since the last ClearUsed.
   std::uint64_t used() const;
   void ClearUsed() { used_.assign(views_.size(), false); }
   std::uint64_t unreadable() const;
@@ -55,6 +59,19 @@ class PhotoSet {
   std::vector<std::string> Warnings() const;
 
  private:
+  // Lookups by photograph, of those that have a view.
+  struct Group {
+    std::uint32_t photo = 0;
+    int finest = 0;                  // the finest level among them
+    std::vector<std::uint32_t> idx;  // into the lookups
+  };
+  std::vector<Group> GroupsOf(const std::vector<PhotoLookup>& lookups) const;
+  // Decodes the groups' photographs, as many at a time as fit, and calls visit(group, pyramid) for
+  // each that can be read.
+  void Decode(const std::vector<Group>& groups, const char* what,
+              const std::function<void(const Group& group, const PhotoPyramid& pyramid)>& visit,
+              const Control& control);
+
   const Survey& survey_;
   MaskDistances masks_;
   PhotoStore store_;

@@ -35,63 +35,59 @@ constexpr float kSharpness = 3;  // exponent of the fine band's weights
 // has half its weight.
 constexpr float kDisagreement = 0.35f;
 
-// One photograph's part in one pixel.
-struct Sample {
-  Vec3f color{}, around{};
-  bool there = false;
-};
-
 struct Band {
   std::vector<std::uint32_t> pixel;  // of each hit
   std::vector<std::uint32_t> begin;  // lookups of hit i: begin[i] .. begin[i + 1]
   std::vector<PhotoLookup> lookups;
+  std::vector<PhotoColors> colors;  // of each lookup, exposures evened out
+  std::vector<char> there;          // false for one whose photograph cannot be read
 };
 
 Vec3f Times(const Vec3f& a, const Vec3f& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 
 float LumaOf(const Vec3f& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 
-// The colour that the samples of one place make; false without any.
-bool Blend(const PhotoLookup* lookups, const Sample* samples, std::size_t count, Vec3f* color) {
+// The colour that the lookups of hit i make; false without any.
+bool Blend(const Band& band, std::size_t i, Vec3f* color) {
   float weight[kMostPhotos], luma[kMostPhotos];
   std::size_t n = 0, at[kMostPhotos];
   float most = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!samples[i].there) continue;
-    weight[n] = lookups[i].weight;
-    luma[n] = std::log(0.01f + LumaOf(samples[i].around));
+  for (std::size_t j = band.begin[i]; j < band.begin[i + 1]; ++j) {
+    if (!band.there[j]) continue;
+    weight[n] = band.lookups[j].weight;
+    luma[n] = std::log(0.01f + LumaOf(band.colors[j].surroundings));
     most = std::max(most, weight[n]);
-    at[n++] = i;
+    at[n++] = j;
   }
   if (n == 0) return false;
   // The weighted median, each photograph's say between the square root of its weight and it.
   std::size_t order[kMostPhotos];
-  for (std::size_t i = 0; i < n; ++i) order[i] = i;
+  for (std::size_t k = 0; k < n; ++k) order[k] = k;
   std::sort(order, order + n, [&](std::size_t a, std::size_t b) { return luma[a] < luma[b]; });
   float total = 0, passed = 0, median = luma[order[0]];
-  for (std::size_t i = 0; i < n; ++i) total += std::sqrt(weight[i] / most);
-  for (std::size_t i = 0; i < n; ++i) {
-    const float w = std::sqrt(weight[order[i]] / most);
+  for (std::size_t k = 0; k < n; ++k) total += std::sqrt(weight[k] / most);
+  for (std::size_t k = 0; k < n; ++k) {
+    const float w = std::sqrt(weight[order[k]] / most);
     passed += w;
     if (passed >= total / 2) {
-      median = luma[order[i]];
+      median = luma[order[k]];
       break;
     }
   }
   if (n > 2) {
-    for (std::size_t i = 0; i < n; ++i) {
-      const float off = (luma[i] - median) / kDisagreement;
-      weight[i] /= 1 + off * off;
+    for (std::size_t k = 0; k < n; ++k) {
+      const float off = (luma[k] - median) / kDisagreement;
+      weight[k] /= 1 + off * off;
     }
   }
   Vec3f coarse{}, fine{};
   float coarse_weight = 0, fine_weight = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Sample& s = samples[at[i]];
-    const float sharp = std::pow(weight[i] / most, kSharpness);
-    coarse += s.around * weight[i];
-    coarse_weight += weight[i];
-    fine += (s.color - s.around) * sharp;
+  for (std::size_t k = 0; k < n; ++k) {
+    const PhotoColors& c = band.colors[at[k]];
+    const float sharp = std::pow(weight[k] / most, kSharpness);
+    coarse += c.surroundings * weight[k];
+    coarse_weight += weight[k];
+    fine += (c.footprint - c.surroundings) * sharp;
     fine_weight += sharp;
   }
   const Vec3f c = coarse * (1 / coarse_weight) + fine * (1 / std::max(fine_weight, 1e-30f));
@@ -111,13 +107,16 @@ struct PhotographShader::Impl {
   Impl(const Survey& survey, const PhotoShadingOptions& o)
       : options(o),
         bytes(static_cast<std::size_t>(std::max(1, o.memory_mb)) << 20),
-        photos(survey, bytes - bytes / 4, o.leave_out) {}
+        photos(survey, bytes - bytes / 4, o.leave_out),
+        cpu(MakeCpuPhotoSampler()) {}
 
   const PhotoShadingOptions options;
   const std::size_t bytes;
-  PhotoSet photos;              // three quarters of the memory
-  std::list<KnownLevel> known;  // one quarter; the one used last first
-  std::vector<Vec3f> gain;      // by photograph; empty until they are known
+  PhotoSet photos;                            // three quarters of the memory
+  std::list<KnownLevel> known;                // one quarter; the one used last first
+  std::vector<Vec3f> gain;                    // by photograph; empty until they are known
+  std::unique_ptr<PhotoSampler> cpu, device;  // the device where there is one
+  std::string device_lost;                    // why it was given up
 
   SurfaceDepths& DepthsOf(const Level& level, const Surface& surface);
   void FindGains(const Level& level, SurfaceDepths* depths, const Control& control);
@@ -125,6 +124,7 @@ struct PhotographShader::Impl {
                                         const Frame& frame) const;
   void Select(const PhotoSelector& selector, const SurfaceSampler& sampler, const Level& level,
               const Camera& camera, const Frame& frame, Band* band, const Control& control) const;
+  void Sample(Band* band, const Control& control);
 };
 
 SurfaceDepths& PhotographShader::Impl::DepthsOf(const Level& level, const Surface& surface) {
@@ -305,10 +305,39 @@ void PhotographShader::Impl::Select(const PhotoSelector& selector, const Surface
   for (std::size_t i = 0; i < band->pixel.size(); ++i) band->begin[i + 1] += band->begin[i];
 }
 
+void PhotographShader::Impl::Sample(Band* band, const Control& control) {
+  const auto sample_on = [&](PhotoSampler* sampler) {
+    photos.Sample(band->lookups, "projecting the photographs", sampler, &band->colors, &band->there,
+                  control);
+  };
+  if (device) {
+    try {
+      sample_on(device.get());
+    } catch (const DeviceError& error) {
+      device_lost = error.what();
+      device.reset();
+    } catch (const ResourceError& error) {
+      device_lost = error.what();
+      device.reset();
+    }
+  }
+  if (!device) sample_on(cpu.get());
+  if (gain.empty()) return;
+  for (std::size_t i = 0; i < band->lookups.size(); ++i) {
+    const Vec3f& g = gain[band->lookups[i].photo];
+    band->colors[i] = {Times(band->colors[i].footprint, g), Times(band->colors[i].surroundings, g)};
+  }
+}
+
 PhotographShader::PhotographShader(const Survey& survey, const PhotoShadingOptions& options)
     : impl_(std::make_unique<Impl>(survey, options)) {}
 PhotographShader::~PhotographShader() = default;
 PhotographShader::PhotographShader(PhotographShader&&) noexcept = default;
+
+void PhotographShader::SampleOn(std::unique_ptr<PhotoSampler> sampler) {
+  impl_->device = std::move(sampler);
+  impl_->device_lost.clear();
+}
 
 PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& surface,
                                           const Camera& camera, const Lighting& lighting,
@@ -346,22 +375,12 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
     }
     if (band.pixel.empty()) continue;
     impl_->Select(selector, sampler, level, camera, *frame, &band, control);
-    std::vector<Sample> samples(band.lookups.size());
-    photos.Visit(
-        band.lookups, "projecting the photographs",
-        [&](std::size_t i, const PhotoPyramid& pyramid) {
-          const PhotoLookup& lookup = band.lookups[i];
-          const Vec3f gain = impl_->gain.empty() ? Vec3f{1, 1, 1} : impl_->gain[lookup.photo];
-          samples[i] = {Times(SampleFootprint(pyramid, lookup), gain),
-                        Times(SampleSurroundings(pyramid, lookup), gain), true};
-        },
-        control);
+    impl_->Sample(&band, control);
     for (std::size_t i = 0; i < band.pixel.size(); ++i) {
       ++stats.pixels;
       const std::uint32_t pixel = band.pixel[i];
-      const std::size_t first = band.begin[i];
       Vec3f color;
-      if (Blend(&band.lookups[first], &samples[first], band.begin[i + 1] - first, &color)) {
+      if (Blend(band, i, &color)) {
         ++stats.from_photos;
       } else {
         ++stats.without_photo;
@@ -381,6 +400,9 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
   stats.photos_used = photos.used();
   stats.photos_unreadable = photos.unreadable();
   stats.warnings = photos.Warnings();
+  if (!impl_->device_lost.empty()) {
+    stats.warnings.push_back("the photographs are looked up on the CPU: " + impl_->device_lost);
+  }
   stats.seconds = watch.Seconds();
   return stats;
 }

@@ -66,7 +66,7 @@ std::vector<std::shared_ptr<const PhotoPyramid>> PhotoStore::Fetch(
         const std::size_t i = to_decode[begin];
         try {
           out[i] = std::make_shared<const PhotoPyramid>(
-              PhotoPyramid::Read(requests[first + i].path, finest[i]));
+              ReadPhotoPyramid(requests[first + i].path, finest[i]));
         } catch (const InputError& error) {
           problem[begin] = error.what();
         }

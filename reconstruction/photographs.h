@@ -11,6 +11,7 @@
 #include "metaball/color.h"
 #include "metaball/control.h"
 #include "metaball/frame.h"
+#include "metaball/photo/sampler.h"
 #include "metaball/scene.h"
 #include "reconstruction/level.h"
 #include "reconstruction/survey.h"
@@ -63,6 +64,10 @@ class PhotographShader {
   explicit PhotographShader(const Survey& survey, const PhotoShadingOptions& options = {});
   ~PhotographShader();
   PhotographShader(PhotographShader&&) noexcept;
+
+  // Looks the photographs up on `sampler` from now on; the CPU without one. When the sampler fails
+  // (DeviceError, ResourceError) it is given up for the CPU, with a warning in the stats.
+  void SampleOn(std::unique_ptr<PhotoSampler> sampler);
 
   // `frame` must have been rendered from the level's cloud with `surface` by `camera`, with depth,
   // normal and id planes. The light of `lighting` is applied to the photographs' colours. Throws

@@ -156,6 +156,7 @@ void ExportScreenshot(const ExportScene& scene, const ExportView& view,
   job.photographs = photographs.get();
   const std::unique_ptr<Renderer> renderer = scene.factory(scene.backend, nullptr);
   job.renderer = renderer.get();
+  if (photographs) photographs->SampleOn(MakePhotoSampler(*renderer));
 
   const Camera camera = Letterboxed(scene.camera, options.width, options.height);
   PictureOptions picture;
@@ -201,6 +202,7 @@ void ExportSheet(const ExportScene& scene, const std::vector<ExportView>& views,
     control.Report("Finding the photographs", 0.0);
     survey = scene.document->LoadSurvey(control);
     if (survey) photographs = std::make_unique<PhotographShader>(*survey);
+    if (photographs) photographs->SampleOn(MakePhotoSampler(*renderer));
   }
 
   std::vector<SheetPanel> panels;

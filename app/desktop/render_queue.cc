@@ -314,7 +314,7 @@ std::shared_ptr<RenderedView> RenderQueue::draw(const Task& task, const Control&
     frame = renderer.Render(scene, view->camera, settings, control);
   }
   if (request.photos) {
-    view->photo_stats = shaderFor(request.photos)
+    view->photo_stats = shaderFor(request.photos, rendererFor(task.pane))
                             .Shade(*request.level, request.surface, view->camera, request.lighting,
                                    &frame, control);
   }
@@ -342,10 +342,16 @@ Renderer& RenderQueue::rendererFor(int pane) {
   return *renderer;
 }
 
-PhotographShader& RenderQueue::shaderFor(const std::shared_ptr<const Survey>& survey) {
+PhotographShader& RenderQueue::shaderFor(const std::shared_ptr<const Survey>& survey,
+                                         const Renderer& renderer) {
   if (shader_survey_ != survey) {
     shader_ = std::make_unique<PhotographShader>(*survey);
     shader_survey_ = survey;
+    shader_backend_.clear();
+  }
+  if (shader_backend_ != renderer.backend()) {
+    shader_->SampleOn(MakePhotoSampler(renderer));
+    shader_backend_ = renderer.backend();
   }
   return *shader_;
 }

@@ -122,7 +122,9 @@ class RenderQueue : public QObject {
   void serve(const Task& task);
   std::shared_ptr<RenderedView> draw(const Task& task, const Control& control);
   Renderer& rendererFor(int pane);
-  PhotographShader& shaderFor(const std::shared_ptr<const Survey>& survey);
+  // Its photographs are looked up where `renderer` draws.
+  PhotographShader& shaderFor(const std::shared_ptr<const Survey>& survey,
+                              const Renderer& renderer);
 
   RendererFactory factory_;
   mutable std::mutex mutex_;  // guards everything down to the renderers
@@ -141,6 +143,7 @@ class RenderQueue : public QObject {
   std::map<int, std::unique_ptr<Renderer>> renderers_;
   std::shared_ptr<const Survey> shader_survey_;
   std::unique_ptr<PhotographShader> shader_;
+  std::string shader_backend_;  // of the renderer it looks photographs up beside
 
   std::jthread worker_;  // last: started when everything else is there, joined first
 };

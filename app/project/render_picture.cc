@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "app/project/progress_range.h"
+#include "cuda/renderers.h"
 #include "metaball/appearance/deferred.h"
 #include "metaball/error.h"
 #include "metaball/supersample.h"
@@ -11,7 +12,9 @@ namespace sherd {
 
 PhotographRenderer::PhotographRenderer(Renderer* inner, const Survey& survey, const Level* level,
                                        const PhotoShadingOptions& options)
-    : inner_(inner), level_(level), shader_(survey, options) {}
+    : inner_(inner), level_(level), shader_(survey, options) {
+  shader_.SampleOn(MakePhotoSampler(*inner));
+}
 
 Frame PhotographRenderer::Render(const Scene& scene, const Camera& camera,
                                  const RenderSettings& settings, const Control& control) {

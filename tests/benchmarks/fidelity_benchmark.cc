@@ -54,7 +54,7 @@ struct HeldOut {
 // looked up in the file (distortion included).
 Picture Undistorted(const Survey& plain, std::uint32_t photo, const Camera& camera) {
   const PhotoView view(plain, photo);
-  const PhotoPyramid pyramid = PhotoPyramid::Read(view.path(), 0);
+  const PhotoPyramid pyramid = ReadPhotoPyramid(view.path(), 0);
   // Samples a quarter of a pixel apart; coarser levels where that is more than a file's pixel.
   const double file_pixels = static_cast<double>(view.width()) / camera.width;
   const auto level = static_cast<float>(std::max(0.0, std::log2(file_pixels / 4)));

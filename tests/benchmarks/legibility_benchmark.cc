@@ -323,7 +323,7 @@ Frame Undistorted(const Survey& survey, std::uint32_t photo, const Camera& camer
   plain.cameras = survey.cameras;
   plain.photographs = survey.photographs;
   const PhotoView view(plain, photo);
-  const PhotoPyramid pyramid = PhotoPyramid::Read(view.path(), 0);
+  const PhotoPyramid pyramid = ReadPhotoPyramid(view.path(), 0);
   Frame out;
   out.width = camera.width;
   out.height = camera.height;

@@ -20,11 +20,15 @@
 
 #include "cuda/cuda_renderer.h"
 #include "cuda/host_loop.h"
+#include "cuda/photo_sampler.h"
 #include "cuda/renderers.h"
 #include "json_writer.h"
 #include "metaball/atomic_file.h"
 #include "metaball/frame_difference.h"
+#include "metaball/photo/sampler.h"
+#include "metaball/stopwatch.h"
 #include "metaball/supersample.h"
+#include "photo_scenes.h"
 #include "scenes.h"
 
 namespace sherd {
@@ -102,8 +106,62 @@ bool Passes(const Result& r, double depth_tolerance) {
          r.difference.color_off <= pixels / 100000 && r.difference.depth_max <= depth_tolerance;
 }
 
+// Photographs looked up on one backend, compared with the CPU.
+struct PhotoResult {
+  std::string backend;
+  std::uint64_t pool_bytes = 0, lookups = 0;
+  double largest_difference = 0;  // linear colour
+  PhotoTileSampler::Use use;
+  double seconds = 0;
+  bool passed = false;
+  std::string error;
+};
+
+double LargestDifference(const Vec3f& a, const Vec3f& b) {
+  const Vec3f d = a - b;
+  const float worst = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
+  return worst >= 0 ? worst : INFINITY;  // NaN
+}
+
+PhotoResult RunPhotos(const std::string& backend, std::uint64_t pool_bytes) {
+  constexpr int kWidth = 2000, kHeight = 1500, kPhotos = 3;
+  constexpr std::size_t kLookups = 100'000;
+  PhotoResult r;
+  r.backend = backend;
+  r.pool_bytes = pool_bytes;
+  try {
+    const auto cpu = MakeCpuPhotoSampler();
+    const auto sampler =
+        backend == "cuda" ? MakeCudaPhotoSampler(pool_bytes) : MakeHostLoopPhotoSampler(pool_bytes);
+    std::vector<PhotoColors> expected(kLookups), got(kLookups);
+    for (int k = 0; k < kPhotos; ++k) {
+      const auto id = static_cast<std::uint32_t>(k);
+      const PhotoPyramid pixels = MakeNoisePhoto(kWidth, kHeight, 0, id);
+      const std::vector<PhotoLookup> lookups = MakeLookups(id, kWidth, kHeight, kLookups);
+      const PhotoExtent extent{id, kWidth, kHeight, 0};
+      cpu->Sample(extent, &pixels, lookups, expected.data(), {});
+      const Stopwatch watch;
+      sampler->Sample(extent, &pixels, lookups, got.data(), {});
+      r.seconds += watch.Seconds();
+      r.lookups += kLookups;
+      for (std::size_t i = 0; i < kLookups; ++i) {
+        r.largest_difference = std::max(
+            {r.largest_difference, LargestDifference(got[i].footprint, expected[i].footprint),
+             LargestDifference(got[i].surroundings, expected[i].surroundings)});
+      }
+    }
+    r.use = sampler->use();
+  } catch (const std::exception& error) {
+    r.error = error.what();
+  }
+  // The device fuses multiplications and additions; a pixel from the wrong place is off by far
+  // more. Its logarithm may choose a level a rounding away.
+  r.passed = r.error.empty() && r.largest_difference <= 2e-5;
+  return r;
+}
+
 void WriteReport(const Options& options, const std::string& cuda, bool passed,
-                 const std::vector<Result>& results) {
+                 const std::vector<Result>& results, const std::vector<PhotoResult>& photos) {
   JsonWriter json;
   json.BeginObject()
       .Field("program", "sherd_cuda_check")
@@ -151,6 +209,23 @@ void WriteReport(const Options& options, const std::string& cuda, bool passed,
         .Field("seconds_total", s.seconds_total)
         .Field("bytes", s.bytes)
         .EndObject();
+  }
+  json.EndArray().Key("photographs").BeginArray();
+  for (const PhotoResult& r : photos) {
+    json.BeginObject()
+        .Field("backend", r.backend)
+        .Field("passed", r.passed)
+        .Field("pool_bytes", r.pool_bytes);
+    if (r.error.empty()) {
+      json.Field("lookups", r.lookups)
+          .Field("largest_difference_from_cpu", r.largest_difference)
+          .Field("tiles_loaded", r.use.tiles_loaded)
+          .Field("rounds", r.use.rounds)
+          .Field("seconds", r.seconds);
+    } else {
+      json.Field("error", r.error);
+    }
+    json.EndObject();
   }
   json.EndArray().EndObject();
   const std::string text = json.text();
@@ -201,6 +276,18 @@ void Print(const Result& r) {
   std::fflush(stdout);
 }
 
+void Print(const PhotoResult& r) {
+  std::printf("%-4s photographs in %-21s %-9s ", r.passed ? "ok" : "FAIL",
+              (std::to_string(r.pool_bytes >> 10) + " KiB").c_str(), r.backend.c_str());
+  if (!r.error.empty()) {
+    std::printf("%s\n", r.error.c_str());
+    return;
+  }
+  std::printf("off from the CPU's by %.1e, %llu rounds, %.1f ms\n", r.largest_difference,
+              static_cast<unsigned long long>(r.use.rounds), r.seconds * 1e3);
+  std::fflush(stdout);
+}
+
 int Run(const Options& options) {
   const CudaStatus status = QueryCuda();
   const std::string cuda = status.available ? status.device : "not used: " + status.reason;
@@ -238,8 +325,20 @@ int Run(const Options& options) {
       passed = passed && results.back().passed;
     }
   }
-  if (results.empty()) throw std::invalid_argument("no scene's name holds '" + options.scene + "'");
-  if (!options.json.empty()) WriteReport(options, cuda, passed, results);
+  std::vector<PhotoResult> photos;
+  if (std::string("photographs").find(options.scene) != std::string::npos) {
+    for (const std::string& name : names) {
+      if (name == "cpu") continue;
+      for (const std::uint64_t pool_bytes : {std::uint64_t{1} << 20, std::uint64_t{64} << 20}) {
+        photos.push_back(RunPhotos(name, pool_bytes));
+        Print(photos.back());
+        passed = passed && photos.back().passed;
+      }
+    }
+  }
+  if (results.empty() && photos.empty())
+    throw std::invalid_argument("no scene's name holds '" + options.scene + "'");
+  if (!options.json.empty()) WriteReport(options, cuda, passed, results, photos);
   std::printf("%s\n", passed ? "passed" : "FAILED");
   return passed ? 0 : 1;
 }

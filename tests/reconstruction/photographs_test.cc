@@ -36,7 +36,7 @@ TEST(Pyramid, HalvesInLinearLightDownToOnePixel) {
     return Rgb8{static_cast<std::uint8_t>((x + y) % 2 ? 255 : 0), 77,
                 static_cast<std::uint8_t>(x * 10)};
   });
-  const PhotoPyramid all = PhotoPyramid::Read(path, 0);
+  const PhotoPyramid all = ReadPhotoPyramid(path, 0);
   EXPECT_EQ(all.width(), 5);
   EXPECT_EQ(all.height(), 3);
   ASSERT_EQ(all.levels().size(), 4u);
@@ -51,14 +51,14 @@ TEST(Pyramid, HalvesInLinearLightDownToOnePixel) {
     for (const Rgb8& c : level.pixels) EXPECT_EQ(c.g, 77);
   }
   // Without the fine levels the coarse ones are the same.
-  const PhotoPyramid coarse = PhotoPyramid::Read(path, 1);
+  const PhotoPyramid coarse = ReadPhotoPyramid(path, 1);
   EXPECT_EQ(coarse.finest(), 1);
   EXPECT_EQ(coarse.width(), 5);
   ASSERT_EQ(coarse.levels().size(), 3u);
   EXPECT_EQ(coarse.levels()[0].pixels, all.levels()[1].pixels);
   EXPECT_LT(coarse.MemoryBytes(), all.MemoryBytes());
   EXPECT_EQ(PhotoPyramid::BytesFor(5, 3, 0), (15u + 6 + 2 + 1) * 3);
-  EXPECT_EQ(PhotoPyramid::Read(path, 30).levels().size(), 1u);
+  EXPECT_EQ(ReadPhotoPyramid(path, 30).levels().size(), 1u);
 }
 
 TEST(Pyramid, PixelCentresAreAtOneHalf) {
@@ -66,7 +66,7 @@ TEST(Pyramid, PixelCentresAreAtOneHalf) {
   WritePpm(path, 4, 4, [](int x, int y) {
     return Rgb8{static_cast<std::uint8_t>(60 * x), static_cast<std::uint8_t>(60 * y), 0};
   });
-  const PhotoPyramid p = PhotoPyramid::Read(path, 0);
+  const PhotoPyramid p = ReadPhotoPyramid(path, 0);
   const float* const linear = SrgbToLinearTable();
   EXPECT_FLOAT_EQ(p.Sample(2.5f, 1.5f, 0).x, linear[120]);
   EXPECT_FLOAT_EQ(p.Sample(2.5f, 1.5f, 0).y, linear[60]);
@@ -84,7 +84,7 @@ TEST(Pyramid, TheCubicMeetsThePixelsAndKeepsRamps) {
     return Rgb8FromLinear(
         {0.1f + 0.1f * static_cast<float>(x), 0.1f * static_cast<float>(y), x == 4 ? 1.0f : 0.0f});
   });
-  const PhotoPyramid p = PhotoPyramid::Read(path, 0);
+  const PhotoPyramid p = ReadPhotoPyramid(path, 0);
   const Vec3f at = p.SampleSharply(3.5f, 2.5f, 0), stored = p.Sample(3.5f, 2.5f, 0);
   EXPECT_FLOAT_EQ(at.x, stored.x);
   EXPECT_FLOAT_EQ(at.z, stored.z);

@@ -1,15 +1,16 @@
-#include "reconstruction/photo_lookup.h"
+#include "metaball/photo/lookup.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "metaball/photo/filter.h"
+
 namespace sherd {
 namespace {
 
-constexpr double kMostCells = 8;             // along one axis
+constexpr double kMostCells = PhotoLookup::kMostCells;
 constexpr double kPixelsOfFootprint = 1.33;  // at least so many pixels of a level in its width
-constexpr float kSurroundingsOctaves = 3;
 
 }  // namespace
 
@@ -46,22 +47,6 @@ void SetFootprint(double ax, double ay, double bx, double by, PhotoLookup* looku
   lookup->width_px = static_cast<float>(shorter);
 }
 
-Vec3f SampleFootprint(const PhotoPyramid& pyramid, const PhotoLookup& lookup) {
-  const int n = lookup.along, m = lookup.across;
-  if (n == 1 && m == 1) return pyramid.SampleSharply(lookup.x, lookup.y, lookup.level);
-  Vec3f sum{};
-  for (int i = 0; i < n; ++i) {
-    const float s = (static_cast<float>(i) + 0.5f) / static_cast<float>(n) - 0.5f;
-    for (int j = 0; j < m; ++j) {
-      const float t = (static_cast<float>(j) + 0.5f) / static_cast<float>(m) - 0.5f;
-      sum += pyramid.Sample(lookup.x + s * lookup.along_x + t * lookup.across_x,
-                            lookup.y + s * lookup.along_y + t * lookup.across_y,
-                            static_cast<float>(lookup.level));
-    }
-  }
-  return sum * (1.0f / static_cast<float>(n * m));
-}
-
 double FootprintReach(const PhotoLookup& lookup) {
   const double pixel = std::ldexp(1.0, lookup.level);
   // The corners of what the cubic takes, and of what is interpolated around the cells' centres.
@@ -69,11 +54,6 @@ double FootprintReach(const PhotoLookup& lookup) {
   const double sides = std::hypot(std::hypot(lookup.along_x, lookup.along_y),
                                   std::hypot(lookup.across_x, lookup.across_y));
   return sides / 2 + 1.5 * std::numbers::sqrt2 * pixel;
-}
-
-Vec3f SampleSurroundings(const PhotoPyramid& pyramid, const PhotoLookup& lookup) {
-  const float width = std::log2(std::max(1.0f, lookup.width_px));
-  return pyramid.Sample(lookup.x, lookup.y, width + kSurroundingsOctaves);
 }
 
 double SurroundingsWidth(const PhotoLookup& lookup) {

@@ -1,10 +1,7 @@
-// Where, and over what area, a photograph is looked up. Internal to reconstruction/.
+// Where, and over what area, a photograph is looked up.
 #pragma once
 
 #include <cstdint>
-
-#include "metaball/vec.h"
-#include "reconstruction/photo_pyramid.h"
 
 namespace sherd {
 
@@ -14,10 +11,12 @@ struct PhotoLookup {
   float x = 0, y = 0;        // pixels of the file
   // The footprint: a parallelogram around (x, y) with these sides, cut into along x across cells.
   float along_x = 0, along_y = 0, across_x = 0, across_y = 0;
-  std::uint8_t along = 1, across = 1;
-  std::uint8_t level = 0;  // of the pyramid
-  float width_px = 1;      // the footprint's shorter side, pixels of the file
+  std::uint8_t along = 1, across = 1;  // 1 .. kMostCells
+  std::uint8_t level = 0;              // of the pyramid
+  float width_px = 1;                  // the footprint's shorter side, pixels of the file
   float weight = 0;
+
+  static constexpr int kMostCells = 8;
 };
 
 // Gives the lookup the footprint whose sides have the images (ax, ay) and (bx, by): the axes of the
@@ -26,17 +25,11 @@ struct PhotoLookup {
 // pyramid's averages, shape the filter; a footprint too long for kMostCells takes a coarser one.
 void SetFootprint(double ax, double ay, double bx, double by, PhotoLookup* lookup);
 
-// The mean linear colour over the footprint. `pyramid` holds the lookup's level or a finer one;
-// where it holds only coarser ones, these are sampled.
-Vec3f SampleFootprint(const PhotoPyramid& pyramid, const PhotoLookup& lookup);
-
 // How far from (x, y) SampleFootprint looks where the pyramid holds the lookup's level, pixels of
 // the file.
 double FootprintReach(const PhotoLookup& lookup);
 
-// The colour around the footprint, smoothed over a width of SurroundingsWidth pixels of the file:
-// eight footprints.
-Vec3f SampleSurroundings(const PhotoPyramid& pyramid, const PhotoLookup& lookup);
+// Over what width SampleSurroundings smooths, pixels of the file.
 double SurroundingsWidth(const PhotoLookup& lookup);
 
 }  // namespace sherd
