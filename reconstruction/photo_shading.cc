@@ -7,6 +7,7 @@
 #include "metaball/error.h"
 #include "metaball/local_view.h"
 #include "metaball/stopwatch.h"
+#include "reconstruction/back_faces.h"
 #include "reconstruction/parallel.h"
 #include "reconstruction/photo_exposure.h"
 #include "reconstruction/photo_selection.h"
@@ -122,8 +123,9 @@ struct PhotographShader::Impl {
   void FindGains(const Level& level, SurfaceDepths* depths, const Control& control);
   std::vector<std::uint32_t> Candidates(const SurfaceDepths& depths, const Camera& camera,
                                         const Frame& frame) const;
-  void Select(const PhotoSelector& selector, const SurfaceSampler& sampler, const Level& level,
-              const Camera& camera, const Frame& frame, Band* band, const Control& control) const;
+  void Select(const PhotoSelector& selector, const SurfaceSampler& sampler, const BackFaces& backs,
+              const Level& level, const Camera& camera, const Frame& frame, Band* band,
+              const Control& control) const;
   void Sample(Band* band, const Control& control);
 };
 
@@ -255,8 +257,9 @@ std::vector<std::uint32_t> PhotographShader::Impl::Candidates(const SurfaceDepth
 }
 
 void PhotographShader::Impl::Select(const PhotoSelector& selector, const SurfaceSampler& sampler,
-                                    const Level& level, const Camera& camera, const Frame& frame,
-                                    Band* band, const Control& control) const {
+                                    const BackFaces& backs, const Level& level,
+                                    const Camera& camera, const Frame& frame, Band* band,
+                                    const Control& control) const {
   const std::size_t blocks = (band->pixel.size() + kBlock - 1) / kBlock;
   std::vector<std::vector<PhotoLookup>> found(blocks);
   ParallelBlocks(
@@ -268,10 +271,15 @@ void PhotographShader::Impl::Select(const PhotoSelector& selector, const Surface
           const double px = pixel % static_cast<std::uint32_t>(frame.width) + 0.5;
           const double py = pixel / static_cast<std::uint32_t>(frame.width) + 0.5;
           const RayD ray = RayThrough(camera, px, py);
-          point.hit = ray.origin + ray.direction * double(frame.depth[pixel]);
           point.to_viewer = -ray.direction;
-          sampler.Sample(point.hit, ray.direction, frame.id[pixel], frame.normal[pixel],
-                         &point.surface);
+          if (backs.Contains(pixel)) {
+            point.hit = ray.origin + ray.direction * backs.Depth(pixel);
+            point.surface = {point.hit, backs.Normal(pixel), {}};
+          } else {
+            point.hit = ray.origin + ray.direction * double(frame.depth[pixel]);
+            sampler.Sample(point.hit, ray.direction, frame.id[pixel], frame.normal[pixel],
+                           &point.surface);
+          }
           // Half a metaball: the depth maps were sampled elsewhere on the same bumps.
           point.tolerance = 0.5 * level.cloud.RadiusOf(static_cast<std::size_t>(frame.id[pixel])) *
                             level.cloud.frame.unit;
@@ -364,6 +372,7 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
   depths.Prepare(level, needed, control);
   const PhotoSelector selector(photos, depths, candidates);
   const SurfaceSampler sampler(level);
+  const BackFaces backs(level, sampler, camera, *frame);
   const FrameLight light = PrepareLight(lighting);
   for (std::size_t next = 0; next < pixels;) {
     control.ThrowIfStopped();
@@ -374,14 +383,16 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
       if (frame->color[next].a > 0) band.pixel.push_back(static_cast<std::uint32_t>(next));
     }
     if (band.pixel.empty()) continue;
-    impl_->Select(selector, sampler, level, camera, *frame, &band, control);
+    impl_->Select(selector, sampler, backs, level, camera, *frame, &band, control);
     impl_->Sample(&band, control);
     for (std::size_t i = 0; i < band.pixel.size(); ++i) {
       ++stats.pixels;
       const std::uint32_t pixel = band.pixel[i];
+      const bool hole = backs.Contains(pixel);
       Vec3f color;
-      if (Blend(band, i, &color)) {
+      if (!(hole && impl_->options.show_unseen) && Blend(band, i, &color)) {
         ++stats.from_photos;
+        stats.across_holes += hole;
       } else {
         ++stats.without_photo;
         if (!impl_->options.show_unseen) continue;

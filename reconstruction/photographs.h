@@ -36,13 +36,14 @@ struct PhotoShadingOptions {
   int memory_mb = 1024;                  // bounds the pixels held at any time
   std::vector<std::uint32_t> leave_out;  // photographs that are not looked up; any order
   bool even_exposures = true;            // gains by photograph and channel, from what they share
-  bool show_unseen = false;              // kUnseenColor where no photograph sees the surface
+  bool show_unseen = false;  // kUnseenColor where no photograph sees the surface, or it has a hole
 };
 inline constexpr Rgb8 kUnseenColor{255, 0, 255};
 
 struct PhotoShadingStats {
   std::uint64_t pixels = 0;         // surface pixels that were looked at
   std::uint64_t from_photos = 0;    // coloured from at least one photograph
+  std::uint64_t across_holes = 0;   // of these, where the surface shows its back (Shade)
   std::uint64_t without_photo = 0;  // kept the blended colour: no photograph sees the place
   std::uint64_t photos_used = 0;
   std::uint64_t photos_unreadable = 0;
@@ -57,7 +58,9 @@ struct PhotoShadingStats {
 // (by their weights in the field). Of those that see the place, the ones that look at it most as
 // the viewer does, finely enough and away from borders and outlines, are sampled with the pixel's
 // footprint in linear light, their exposures evened out, and blended: coarse detail smoothly, fine
-// detail almost from the best alone, with little say for one that contradicts the others.
+// detail almost from the best alone, with little say for one that contradicts the others. Where the
+// surface shows its back, there is a hole in it: the photographs are looked up where it would be,
+// carried across from the pixels around.
 class PhotographShader {
  public:
   // The survey must outlive the shader.

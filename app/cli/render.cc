@@ -198,6 +198,7 @@ int RunRender(const RenderOptions& options, const Environment& environment) {
     const PhotoShadingStats& photos = photo_renderer->photo_stats();
     figures["photographs"] = {{"pixels", photos.pixels},
                               {"from_photographs", photos.from_photos},
+                              {"across_holes", photos.across_holes},
                               {"without_photograph", photos.without_photo},
                               {"used", photos.photos_used},
                               {"unreadable", photos.photos_unreadable}};

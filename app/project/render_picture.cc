@@ -35,6 +35,7 @@ Frame PhotographRenderer::Render(const Scene& scene, const Camera& camera,
 
   stats_.pixels += stats.pixels;
   stats_.from_photos += stats.from_photos;
+  stats_.across_holes += stats.across_holes;
   stats_.without_photo += stats.without_photo;
   stats_.photos_used = std::max(stats_.photos_used, stats.photos_used);
   stats_.photos_unreadable = std::max(stats_.photos_unreadable, stats.photos_unreadable);

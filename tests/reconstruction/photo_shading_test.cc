@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
-#include "cuda/host_loop.h"
 #include "metaball/error.h"
 #include "reconstruction/dense_offset.h"
 #include "reconstruction/photo_colors.h"
@@ -137,6 +135,81 @@ TEST(Shading, WhatStandsInFrontIsNotProjectedOntoWhatItHides) {
     kept += p.r == before.color[i].r && p.g == before.color[i].g && p.b == before.color[i].b;
   }
   EXPECT_EQ(kept, stats.without_photo);
+}
+
+// The board with a hole, through which the inside of another one behind it shows, where its points
+// are of quite another colour.
+struct BoardWithHole : Board {
+  static bool IsHole(const Vec3d& p) { return std::hypot(p.x - 0.05, p.y) < 0.2; }
+
+  BoardWithHole() {
+    const SurveyPoints whole = survey.points;
+    SurveyPoints& points = survey.points;
+    points = {};
+    points.photo_begin.push_back(0);
+    const auto add = [&](const Vec3d& position, const Vec3f& normal, Rgb8 color) {
+      points.position.push_back(position);
+      points.normal.push_back(normal);
+      points.color.push_back(color);
+      for (std::uint32_t k = 0; k < 3; ++k) points.photo_idx.push_back(k);
+      points.photo_begin.push_back(points.photo_idx.size());
+    };
+    for (const Vec3d& p : whole.position) {
+      if (!IsHole(p)) add(p, {0, 0, -1}, {10, 200, 30});
+    }
+    for (const Vec3d& p : whole.position) {
+      if (std::hypot(p.x, p.y) < 0.6) add({p.x, p.y, 5}, {0, 0, 1}, {250, 20, 20});
+    }
+    Build();
+  }
+};
+
+TEST(Shading, AHoleShowsTheSurfaceThatWouldBeThere) {
+  const BoardWithHole board;
+  const Camera camera = Board::View();
+  Frame frame = board.Render(camera);
+  const auto shows_back = [&](const Frame& f) {
+    return std::count_if(f.depth.begin(), f.depth.end(), [](float d) { return d > 3.4f; });
+  };
+  const auto back_pixels = static_cast<std::uint64_t>(shows_back(frame));
+  ASSERT_GT(back_pixels, 1000u);
+  EXPECT_GT(Board::Difference(frame, camera), 0.15);
+  Frame marked = frame;
+  Lighting unlit;
+  unlit.unlit = true;
+  const PhotoShadingStats stats =
+      PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &frame);
+  EXPECT_LT(Board::Difference(frame, camera), 0.03);
+  double sum = 0;
+  for (std::size_t i = 0; i < frame.depth.size(); ++i) {
+    if (!(frame.depth[i] > 3.4f)) continue;
+    const RayD ray =
+        RayThrough(camera, static_cast<double>(i % 400) + 0.5, static_cast<double>(i / 400) + 0.5);
+    const double depth = (4 - ray.origin.z) / ray.direction.z;
+    const Vec3f truth = BoardColor(ray.origin + ray.direction * depth);
+    sum += std::pow(frame.color[i].r - truth.x, 2);
+  }
+  EXPECT_LT(std::sqrt(sum / static_cast<double>(back_pixels)), 0.05)
+      << "the stripes are 0.8 from crest to trough, 8 pixels apart";
+  EXPECT_EQ(stats.from_photos, stats.pixels);
+  EXPECT_EQ(stats.across_holes, back_pixels);
+  EXPECT_EQ(shows_back(frame), shows_back(marked)) << "the planes stay what was rendered";
+
+  const PhotoShadingStats shown = PhotographShader(board.survey, {.show_unseen = true})
+                                      .Shade(board.level, {}, camera, unlit, &marked);
+  EXPECT_EQ(shown.across_holes, 0u);
+  EXPECT_EQ(shown.without_photo, back_pixels);
+}
+
+TEST(Shading, ASurfaceSeenFromBehindAloneHasNoHoles) {
+  const Board board;
+  const Camera camera = Camera::LookAt({0, 0, 6}, {0, 0, 4}, {0, -1, 0}, 0.5, 120, 90);
+  Frame frame = board.Render(camera);
+  const PhotoShadingStats stats =
+      PhotographShader(board.survey).Shade(board.level, {}, camera, {}, &frame);
+  EXPECT_GT(stats.pixels, 5000u);
+  EXPECT_EQ(stats.across_holes, 0u);
+  EXPECT_EQ(stats.without_photo, stats.pixels) << "nobody photographed that side";
 }
 
 TEST(Shading, WhatNoPhotographSeesCanBeShown) {
@@ -393,74 +466,6 @@ TEST(Shading, ASmallBudgetGivesThePictureToo) {
   const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, unlit, &frame);
   EXPECT_EQ(stats.photos_used, 3u);
   EXPECT_LT(Board::Difference(frame, camera), 0.03);
-}
-
-Frame Shaded(const Board& board, PhotographShader* shader, PhotoShadingStats* stats) {
-  const Camera camera = Board::View();
-  Frame frame = board.Render(camera);
-  *stats = shader->Shade(board.level, {}, camera, {}, &frame);
-  return frame;
-}
-
-bool SameColors(const Frame& a, const Frame& b) {
-  return std::equal(a.color.begin(), a.color.end(), b.color.begin(), b.color.end(),
-                    [](const Pixel& p, const Pixel& q) {
-                      return p.r == q.r && p.g == q.g && p.b == q.b && p.a == q.a;
-                    });
-}
-
-TEST(Shading, OnAStoreOfTilesThePictureIsTheSame) {
-  const Board board;
-  PhotographShader on_cpu(board.survey), on_store(board.survey);
-  PhotoShadingStats stats;
-  const Frame expected = Shaded(board, &on_cpu, &stats);
-  auto store = MakeHostLoopPhotoSampler(std::uint64_t{60} * 64 * 64 * 3);
-  const PhotoTileSampler& tiles = *store;
-  on_store.SampleOn(std::move(store));
-  EXPECT_TRUE(SameColors(Shaded(board, &on_store, &stats), expected));
-  EXPECT_GT(tiles.use().tiles_loaded, 0u);
-  EXPECT_EQ(stats.photos_used, 3u);
-  EXPECT_TRUE(stats.warnings.empty());
-}
-
-TEST(Shading, WhatAStoreHoldsIsNotDecodedAgain) {
-  const Board board;
-  PhotographShader shader(board.survey);
-  shader.SampleOn(MakeHostLoopPhotoSampler(std::uint64_t{64} << 20));
-  PhotoShadingStats stats;
-  const Frame first = Shaded(board, &shader, &stats);
-  for (const Photograph& photo : board.survey.photographs) std::filesystem::remove(photo.path);
-  EXPECT_TRUE(SameColors(Shaded(board, &shader, &stats), first));
-  EXPECT_EQ(stats.photos_used, 3u);
-}
-
-// Fails at the third photograph it is given.
-class FailingSampler final : public PhotoSampler {
- public:
-  bool NeedsPixels(const PhotoExtent&, std::span<const PhotoLookup>, const Control&) override {
-    return true;
-  }
-  void Sample(const PhotoExtent&, const PhotoPyramid*, std::span<const PhotoLookup> lookups,
-              PhotoColors* colors, const Control&) override {
-    if (++calls_ == 3) throw DeviceError("photo_sample", 700, "an illegal memory access");
-    std::fill_n(colors, lookups.size(), PhotoColors{{9, 9, 9}, {9, 9, 9}});
-  }
-
- private:
-  int calls_ = 0;
-};
-
-TEST(Shading, ADeviceThatFailsIsGivenUpForTheCpuWithAWarning) {
-  const Board board;
-  PhotographShader on_cpu(board.survey), failing(board.survey);
-  PhotoShadingStats stats;
-  const Frame expected = Shaded(board, &on_cpu, &stats);
-  failing.SampleOn(std::make_unique<FailingSampler>());
-  EXPECT_TRUE(SameColors(Shaded(board, &failing, &stats), expected));
-  ASSERT_EQ(stats.warnings.size(), 1u);
-  EXPECT_EQ(stats.warnings[0],
-            "the photographs are looked up on the CPU: photo_sample: an illegal memory access");
-  EXPECT_TRUE(SameColors(Shaded(board, &failing, &stats), expected)) << "and once more";
 }
 
 TEST(Shading, CanBeCancelled) {
