@@ -19,6 +19,8 @@ namespace {
 
 // Narrower than this the header takes two rows, or three.
 constexpr int kOneRow = 900, kTwoRows = 520;
+// And the figures below the picture two rows instead of one.
+constexpr int kFiguresInOneRow = 620;
 
 }  // namespace
 
@@ -350,6 +352,7 @@ void ViewPane::resizeEvent(QResizeEvent* event) {
   value_layout_->setDirection(width >= kTwoRows ? QBoxLayout::LeftToRight
                                                 : QBoxLayout::TopToBottom);
   value_layout_->setSpacing(width >= kTwoRows ? 12 : 4);
+  strip_->setRows(width >= kFiguresInOneRow ? 1 : 2);
   QFrame::resizeEvent(event);
 }
 
