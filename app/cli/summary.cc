@@ -123,8 +123,7 @@ std::string DescribeLevels(const Project& project) {
   for (const LevelEntry& level : project.levels()) {
     const LevelStats& s = level.stats;
     const auto error = [&](double v) { return s.HasErrors() ? FormatLength(v, scale) : "-"; };
-    rows.push_back({level.name, FormatGrouped(s.count),
-                    level.options.smooth_noise ? "smoothed" : "kept",
+    rows.push_back({level.name, FormatGrouped(s.count), NoiseName(level),
                     FormatLength(s.spacing, scale), FormatLength(s.radius_median, scale),
                     FormatNumber(s.threshold), FormatShare(s.open_share), error(s.error_mean),
                     error(s.error_p95), error(s.error_max), FormatBytes(s.cloud_bytes),

@@ -1,6 +1,7 @@
 // Exports, scale and further levels: the main window's work on an open document.
 #include <QFileInfo>
 #include <QStatusBar>
+#include <algorithm>
 
 #include "app/desktop/dialogs.h"
 #include "app/desktop/export.h"
@@ -113,18 +114,25 @@ void MainWindow::askBuildLevels() {
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   connect(dialog, &QDialog::accepted, this, [this, dialog] {
     const auto project = std::make_shared<Project>(*document_->project());
-    // Levels that were finished before a failure or a cancel are there, so show them.
+    // Levels that were finished before a failure or a cancel are there, so show them; one that was
+    // built again has its files in another folder, and the old ones are gone.
     const auto take = [this, project] {
-      if (project->levels().size() != document_->levels().size()) {
+      const std::vector<LevelEntry>& before = document_->project()->levels();
+      const std::vector<LevelEntry>& now = project->levels();
+      if (!std::equal(
+              before.begin(), before.end(), now.begin(), now.end(),
+              [](const LevelEntry& a, const LevelEntry& b) { return a.folder == b.folder; })) {
         setDocument(Document::FromProject(*project));
       }
     };
     JobDialog* job = newJob(tr("Building levels"));
     connect(job->job(), &BackgroundJob::failed, this, take);
     connect(job->job(), &BackgroundJob::cancelled, this, take);
-    job->start([project, levels = dialog->levels()](
-                   const Control& control) { BuildLevels(project.get(), levels, {}, control); },
-               [this, project] { setDocument(Document::FromProject(*project)); });
+    job->start(
+        [project, levels = dialog->levels(), options = dialog->options()](const Control& control) {
+          BuildLevels(project.get(), levels, options, control);
+        },
+        [this, project] { setDocument(Document::FromProject(*project)); });
   });
   dialog->open();
 }

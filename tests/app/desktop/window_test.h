@@ -53,6 +53,8 @@ class WindowTest : public QObject {
   void cancelsAnExport();
   void cancelsAnImport();
   void buildsMoreLevels();
+  void keepsTheNoiseWhereAsked();
+  void showsWhatWasBuiltBeforeACancel();
   void badFilesEndInADialog();
   void unwritableExportEndsInADialog();
   void remembersWindowAndFiles();
