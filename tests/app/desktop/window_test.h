@@ -55,6 +55,9 @@ class WindowTest : public QObject {
   void buildsMoreLevels();
   void keepsTheNoiseWhereAsked();
   void showsWhatWasBuiltBeforeACancel();
+  void levelsByTheGround();
+  void levelsNothingWithoutAGround();
+  void cancelsALevelling();
   void badFilesEndInADialog();
   void unwritableExportEndsInADialog();
   void remembersWindowAndFiles();
