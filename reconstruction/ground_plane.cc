@@ -169,7 +169,8 @@ GroundPlane FindGround(const SurveyPoints& survey, const GroundOptions& options,
                          (plane.by_normals ? " that face up" : "") + " within " +
                          Rounded(plane.tolerance) + " units, and " + Rounded(100 * least) +
                          " % are needed",
-                     "say what is up (--up), or allow more (--ground-tolerance)");
+                     "say what is up, or allow more: sherd scale --level-ground takes --up and "
+                     "--ground-tolerance");
   }
   if (Dot(plane.normal, UpOf(points, near, options.up)) < 0) plane.normal = -plane.normal;
   return plane;

@@ -63,6 +63,10 @@ Similarity3d SimilarityOf(const std::array<double, 8>& v) {
   return {v[0], {v[1], v[2], v[3], v[4], {v[5], v[6], v[7]}}};
 }
 
+double TurnOf(const Rigid3d& r) {
+  return 2 * std::atan2(std::hypot(r.qx, r.qy, r.qz), std::abs(r.qw));
+}
+
 Similarity3d Compose(const Similarity3d& c_from_b, const Similarity3d& b_from_a) {
   Rigid3d motion = Product(c_from_b.rotation_and_translation, b_from_a.rotation_and_translation);
   Normalize(&motion);

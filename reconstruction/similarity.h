@@ -26,6 +26,9 @@ struct Similarity3d {
 std::array<double, 8> NumbersOf(const Similarity3d& similarity);
 Similarity3d SimilarityOf(const std::array<double, 8>& numbers);
 
+// The angle that it turns by, radians, 0 to pi.
+double TurnOf(const Rigid3d& motion);
+
 // From a to c by way of b; rotations of unit length stay so.
 Similarity3d Compose(const Similarity3d& c_from_b, const Similarity3d& b_from_a);
 

@@ -1,6 +1,5 @@
 #include "app/cli/summary.h"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
@@ -17,8 +16,7 @@ std::string DescribeFrame(const std::optional<Similarity3d>& project_from_source
   if (!project_from_source) return "not known (the project is older than its record of turns)";
   const Rigid3d& r = project_from_source->rotation_and_translation;
   const Vec3d& t = r.translation;
-  const double turn =
-      2 * std::atan2(std::hypot(r.qx, r.qy, r.qz), std::abs(r.qw)) * 180 / std::numbers::pi;
+  const double turn = TurnOf(r) * 180 / std::numbers::pi;
   if (project_from_source->scale == 1 && turn == 0 && t == Vec3d{}) return "";
   return "the source's scaled by " + FormatNumber(project_from_source->scale, 6) + ", turned by " +
          FormatNumber(turn) + " degrees and moved by " + FormatNumber(t.x) + ", " +
@@ -125,8 +123,7 @@ std::string DescribeLevels(const Project& project) {
   for (const LevelEntry& level : project.levels()) {
     const LevelStats& s = level.stats;
     const auto error = [&](double v) { return s.HasErrors() ? FormatLength(v, scale) : "-"; };
-    rows.push_back({level.name, FormatGrouped(s.count),
-                    level.options.smooth_noise ? "smoothed" : "kept",
+    rows.push_back({level.name, FormatGrouped(s.count), NoiseName(level),
                     FormatLength(s.spacing, scale), FormatLength(s.radius_median, scale),
                     FormatNumber(s.threshold), FormatShare(s.open_share), error(s.error_mean),
                     error(s.error_p95), error(s.error_max), FormatBytes(s.cloud_bytes),

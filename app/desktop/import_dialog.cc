@@ -1,5 +1,6 @@
 #include "app/desktop/import_dialog.h"
 
+#include <QCheckBox>
 #include <QComboBox>
 #include <QDialogButtonBox>
 #include <QDir>
@@ -46,6 +47,22 @@ QWidget* withBrowse(QLineEdit* edit, QWidget* parent, const std::function<QStrin
     if (!answer.isEmpty()) edit->setText(answer);
   });
   return row;
+}
+
+QCheckBox* makeSmoothNoise(QWidget* parent) {
+  auto* box = new QCheckBox(ImportDialog::tr("&Smooth the points' noise"), parent);
+  box->setObjectName(QStringLiteral("smoothNoise"));
+  box->setChecked(LevelOptions{}.smooth_noise);
+  box->setToolTip(
+      ImportDialog::tr("Before levels are made every point moves onto the surface its surroundings "
+                       "stand for, or else is taken where it was surveyed"));
+  return box;
+}
+
+LevelOptions optionsWith(const QCheckBox& smooth_noise) {
+  LevelOptions options;
+  options.smooth_noise = smooth_noise.isChecked();
+  return options;
 }
 
 }  // namespace
@@ -125,6 +142,8 @@ ImportDialog::ImportDialog(const Workspace& workspace, QWidget* parent)
   levels_->setObjectName(QStringLiteral("levels"));
   levels_->setToolTip(tr("How many metaballs each density level has, e.g. 63k, 126k, 0.5M"));
   form->addRow(tr("&Levels"), levels_);
+  smooth_noise_ = makeSmoothNoise(this);
+  form->addRow(QString(), smooth_noise_);
 
   most_ = new QLineEdit(this);
   most_->setObjectName(QStringLiteral("most"));
@@ -295,6 +314,7 @@ ImportPlan ImportDialog::plan() const {
   if (!path.endsWith(QLatin1String(".sherd"), Qt::CaseInsensitive)) path += QLatin1String(".sherd");
   plan.project_path = path.toStdString();
   plan.levels = ParseLevels(levels_->text());
+  plan.level_options = optionsWith(*smooth_noise_);
   return plan;
 }
 
@@ -321,11 +341,13 @@ LevelsDialog::LevelsDialog(const Project& project, QWidget* parent) : QDialog(pa
   }
   levels_->setText(formatLevels(wanted));
   levels_->setPlaceholderText(tr("e.g. 63k, 126k, 1M"));
+  smooth_noise_ = makeSmoothNoise(this);
   auto* buttons = new QDialogButtonBox(QDialogButtonBox::Cancel, this);
   QPushButton* build = buttons->addButton(tr("&Build"), QDialogButtonBox::AcceptRole);
   auto* layout = new QVBoxLayout(this);
   layout->addWidget(text);
   layout->addWidget(levels_);
+  layout->addWidget(smooth_noise_);
   layout->addWidget(buttons);
   const auto check = [this, build] {
     try {
@@ -343,5 +365,7 @@ LevelsDialog::LevelsDialog(const Project& project, QWidget* parent) : QDialog(pa
 }
 
 std::vector<std::uint64_t> LevelsDialog::levels() const { return ParseLevels(levels_->text()); }
+
+LevelOptions LevelsDialog::options() const { return optionsWith(*smooth_noise_); }
 
 }  // namespace sherd

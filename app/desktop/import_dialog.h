@@ -9,6 +9,7 @@
 #include "app/project/project.h"
 #include "reconstruction/workspace.h"
 
+class QCheckBox;
 class QComboBox;
 class QDoubleSpinBox;
 class QLabel;
@@ -22,6 +23,7 @@ struct ImportPlan {
   ImportOptions options;
   std::string project_path;
   std::vector<std::uint64_t> levels;
+  LevelOptions level_options;  // target_count is not looked at
 };
 
 // "63k, 126k" -> counts, ascending, none twice. Throws InputError naming the part that is no count.
@@ -52,6 +54,7 @@ class ImportDialog : public QDialog {
   QRadioButton* sparse_;
   QLineEdit* photos_;
   QLineEdit* levels_;
+  QCheckBox* smooth_noise_;
   QLineEdit* scale_;
   QLineEdit* most_;
   QLineEdit* project_;
@@ -66,9 +69,11 @@ class LevelsDialog : public QDialog {
  public:
   LevelsDialog(const Project& project, QWidget* parent = nullptr);
   std::vector<std::uint64_t> levels() const;
+  LevelOptions options() const;  // target_count is not set
 
  private:
   QLineEdit* levels_;
+  QCheckBox* smooth_noise_;
 };
 
 }  // namespace sherd

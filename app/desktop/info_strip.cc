@@ -9,7 +9,8 @@
 namespace sherd {
 namespace {
 
-constexpr int kPad = 8;
+constexpr int kPad = 8, kGap = 6;  // beside and between figures
+constexpr int kMargin = 4;         // above, between and below rows
 
 QFont captionFont(const QFont& font) {
   QFont small = font;
@@ -40,14 +41,26 @@ QString InfoStrip::value(const QString& caption) const {
   return {};
 }
 
-QSize InfoStrip::sizeHint() const {
-  const int height = QFontMetrics(captionFont(font())).height() + fontMetrics().height() + 9;
-  return {360, height};
+void InfoStrip::setRows(int rows) {
+  if (rows == rows_) return;
+  rows_ = rows;
+  updateGeometry();
+  update();
 }
 
+int InfoStrip::rowHeight() const {
+  return QFontMetrics(captionFont(font())).height() + fontMetrics().height() + 1;
+}
+
+QSize InfoStrip::sizeHint() const { return {360, rows_ * (rowHeight() + kMargin) + kMargin}; }
+
 QRectF InfoStrip::cell(qsizetype index) const {
-  const double width = (this->width() - 2.0 * kPad) / std::max<qsizetype>(fields_.size(), 1);
-  return {kPad + width * static_cast<double>(index), 4, width - 6, height() - 8.0};
+  const qsizetype columns = std::max<qsizetype>((fields_.size() + rows_ - 1) / rows_, 1);
+  const double width = (this->width() - 2.0 * kPad) / static_cast<double>(columns);
+  const auto column = static_cast<double>(index % columns);
+  const auto row = static_cast<double>(index / columns);
+  return {kPad + width * column, kMargin + row * (rowHeight() + kMargin), width - kGap,
+          static_cast<double>(rowHeight())};
 }
 
 void InfoStrip::paintEvent(QPaintEvent*) {

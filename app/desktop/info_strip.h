@@ -1,4 +1,4 @@
-// The figures under a pane: a row of captions with a row of values below them.
+// The figures under a pane: captions with values below them, in one row or more.
 #pragma once
 
 #include <QList>
@@ -19,6 +19,8 @@ class InfoStrip : public QWidget {
   explicit InfoStrip(QWidget* parent = nullptr);
   void setFields(const QList<Field>& fields);
   const QList<Field>& fields() const { return fields_; }
+  // How many rows the figures are set in, from 1.
+  void setRows(int rows);
   // The value under a caption; empty when there is no such field.
   QString value(const QString& caption) const;
 
@@ -30,8 +32,10 @@ class InfoStrip : public QWidget {
   bool event(QEvent* event) override;
 
  private:
+  int rowHeight() const;
   QRectF cell(qsizetype index) const;
   QList<Field> fields_;
+  int rows_ = 1;
 };
 
 }  // namespace sherd

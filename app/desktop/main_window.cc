@@ -246,7 +246,7 @@ void MainWindow::startImport(const ImportPlan& plan) {
         Project imported = ImportSurvey(plan.options, plan.project_path, PartOf(control, 0.0, 0.4));
         *project = imported;
         try {
-          BuildLevels(&imported, plan.levels, {}, PartOf(control, 0.4, 1.0));
+          BuildLevels(&imported, plan.levels, plan.level_options, PartOf(control, 0.4, 1.0));
         } catch (...) {
           *project = imported;  // with the levels that were finished
           throw;
@@ -274,8 +274,9 @@ void MainWindow::showImportSummary() {
                         .arg(formatInteger(s.photographs_found), formatInteger(s.photographs)));
   }
   for (const LevelEntry& level : document_->levels()) {
-    QString line = tr("Level %1: %2 metaballs, spacing %3")
+    QString line = tr("Level %1: %2 metaballs, noise %3, spacing %4")
                        .arg(QString::fromStdString(level.name), formatInteger(level.stats.count),
+                            QString::fromStdString(NoiseName(level)),
                             formatLength(level.stats.spacing, document_->metres_per_unit()));
     if (level.stats.HasErrors()) {
       line += tr(", %1 from the points in the mean")

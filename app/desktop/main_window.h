@@ -53,6 +53,8 @@ class MainWindow : public QMainWindow {
   void askExportSheet();
   void askScale();
   void askBuildLevels();
+  // Turns the project so that its ground is level, in the background, and shows it so.
+  void levelByTheGround();
   void closeDocument();
   void showImportSummary();
   void showShortcuts();
@@ -95,6 +97,7 @@ class MainWindow : public QMainWindow {
   void showPhotographPanel(bool visible);
   void needSurvey();
   ExportScene exportScene() const;
+  void showLevelled(const LevelledGround& levelled, bool up_was_known);
   void saveState();
   void restoreState();
 

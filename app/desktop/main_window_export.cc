@@ -1,13 +1,28 @@
-// Exports, scale and further levels: the main window's work on an open document.
+// Exports, scale, levelling and further levels: the main window's work on an open document.
 #include <QFileInfo>
 #include <QStatusBar>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "app/desktop/dialogs.h"
 #include "app/desktop/export.h"
+#include "app/desktop/formatting.h"
 #include "app/desktop/main_window.h"
 #include "app/desktop/scale_dialog.h"
 
 namespace sherd {
+namespace {
+
+// Turns below this are told as none.
+constexpr double kNoTurn = 0.01;  // degrees
+
+double degrees(double radians) { return radians * 180 / std::numbers::pi; }
+QString formatDegrees(double radians) {
+  return QString::fromStdString(FormatNumber(degrees(radians), 3)) + QChar(0xb0);
+}
+
+}  // namespace
 
 ExportScene MainWindow::exportScene() const {
   ExportScene scene;
@@ -107,24 +122,78 @@ void MainWindow::askScale() {
   scale_dialog_->show();
 }
 
+void MainWindow::levelByTheGround() {
+  // What runs already may be about to change the project; its dialog opens only after a moment.
+  if (!document_ || !document_->project() || findChild<JobDialog*>()) return;
+  // The points picked for a scale would be those of the frame before.
+  if (scale_dialog_) scale_dialog_->reject();
+  struct Levelling {
+    Project project;
+    LevelledGround levelled;
+  };
+  const auto levelling = std::make_shared<Levelling>();
+  levelling->project = *document_->project();
+  newJob(tr("Levelling by the ground"))
+      ->start(
+          [levelling](const Control& control) {
+            levelling->levelled = LevelGround(&levelling->project, {}, control);
+          },
+          [this, levelling, up_before = document_->up()] {
+            setDocument(Document::FromProject(levelling->project));
+            showLevelled(levelling->levelled, up_before.has_value());
+          });
+}
+
+void MainWindow::showLevelled(const LevelledGround& levelled, bool up_was_known) {
+  const GroundPlane& ground = levelled.ground;
+  const double turn = TurnOf(levelled.transform.rotation_and_translation);
+  const bool turned = degrees(turn) >= kNoTurn;
+  QStringList lines;
+  lines << tr("The ground is z = 0 now, and z points up.");
+  lines
+      << (ground.by_normals
+              ? tr("%1 of the points that face up lie within %2 of it, %3 in the root mean square.")
+              : tr("%1 of the points lie within %2 of it, %3 in the root mean square."))
+             .arg(formatShare(ground.share),
+                  formatLength(ground.tolerance, document_->metres_per_unit()),
+                  formatLength(ground.rms, document_->metres_per_unit()));
+  // The turn is more than this where something else than z was up.
+  if (up_was_known && std::abs(degrees(turn - levelled.tilt_rad)) >= kNoTurn) {
+    lines << tr("Against what was up before, the ground was tilted by %1.")
+                 .arg(formatDegrees(levelled.tilt_rad));
+  }
+  showMessage(
+      this, tr("Levelling by the ground"),
+      turned ? tr("The survey was turned by %1 to make its ground level.").arg(formatDegrees(turn))
+             : tr("The ground was level already."),
+      lines.join(QLatin1Char('\n')));
+}
+
 void MainWindow::askBuildLevels() {
   if (!document_ || !document_->project()) return;
   auto* dialog = new LevelsDialog(*document_->project(), this);
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   connect(dialog, &QDialog::accepted, this, [this, dialog] {
     const auto project = std::make_shared<Project>(*document_->project());
-    // Levels that were finished before a failure or a cancel are there, so show them.
+    // Levels that were finished before a failure or a cancel are there, so show them; one that was
+    // built again has its files in another folder, and the old ones are gone.
     const auto take = [this, project] {
-      if (project->levels().size() != document_->levels().size()) {
+      const std::vector<LevelEntry>& before = document_->project()->levels();
+      const std::vector<LevelEntry>& now = project->levels();
+      if (!std::equal(
+              before.begin(), before.end(), now.begin(), now.end(),
+              [](const LevelEntry& a, const LevelEntry& b) { return a.folder == b.folder; })) {
         setDocument(Document::FromProject(*project));
       }
     };
     JobDialog* job = newJob(tr("Building levels"));
     connect(job->job(), &BackgroundJob::failed, this, take);
     connect(job->job(), &BackgroundJob::cancelled, this, take);
-    job->start([project, levels = dialog->levels()](
-                   const Control& control) { BuildLevels(project.get(), levels, {}, control); },
-               [this, project] { setDocument(Document::FromProject(*project)); });
+    job->start(
+        [project, levels = dialog->levels(), options = dialog->options()](const Control& control) {
+          BuildLevels(project.get(), levels, options, control);
+        },
+        [this, project] { setDocument(Document::FromProject(*project)); });
   });
   dialog->open();
 }

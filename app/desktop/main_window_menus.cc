@@ -64,6 +64,8 @@ void MainWindow::buildProjectMenu() {
                               [this] { askBuildLevels(); });
   needs_document_ << addAction(menu, tr("Set &scale …"), Qt::CTRL | Qt::Key_M,
                                [this] { askScale(); });
+  needs_project_ << addAction(menu, tr("Level by the &ground"), Qt::CTRL | Qt::Key_G,
+                              [this] { levelByTheGround(); });
   needs_project_ << addAction(menu, tr("&Import summary"), Qt::CTRL | Qt::Key_I,
                               [this] { showImportSummary(); });
 }

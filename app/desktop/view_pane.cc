@@ -19,6 +19,8 @@ namespace {
 
 // Narrower than this the header takes two rows, or three.
 constexpr int kOneRow = 900, kTwoRows = 520;
+// And the figures below the picture two rows instead of one.
+constexpr int kFiguresInOneRow = 620;
 
 }  // namespace
 
@@ -282,14 +284,26 @@ void ViewPane::showFigures() {
   QList<InfoStrip::Field> fields;
   const LevelStats* stats = nullptr;
   std::optional<double> scale;
+  QString noise = none;
+  QString noise_help = tr("What was done about the noise of this cloud's points is not known");
   if (document_ && level_idx_ < document_->levels().size()) {
-    stats = &document_->levels()[level_idx_].stats;
+    const LevelEntry& entry = document_->levels()[level_idx_];
+    stats = &entry.stats;
     scale = document_->metres_per_unit();
+    if (document_->project()) {
+      noise = QString::fromStdString(NoiseName(entry));
+      noise_help =
+          entry.options.smooth_noise
+              ? tr("The points were moved onto the surface their surroundings stand for before "
+                   "this level was made of them")
+              : tr("This level was made of the points where they were surveyed");
+    }
   }
   const auto length = [&](double value) { return value > 0 ? formatLength(value, scale) : none; };
   const double factor = radius_ ? radius_->value() : 1.0;
   fields.append({tr("Metaballs"), stats ? formatInteger(stats->count) : none,
                  stats ? tr("of %1 points").arg(formatInteger(stats->source_points)) : QString()});
+  fields.append({tr("Noise"), noise, noise_help});
   fields.append({tr("Spacing"), stats ? length(stats->spacing) : none,
                  tr("Median distance between neighbouring metaballs")});
   fields.append(
@@ -350,6 +364,7 @@ void ViewPane::resizeEvent(QResizeEvent* event) {
   value_layout_->setDirection(width >= kTwoRows ? QBoxLayout::LeftToRight
                                                 : QBoxLayout::TopToBottom);
   value_layout_->setSpacing(width >= kTwoRows ? 12 : 4);
+  strip_->setRows(width >= kFiguresInOneRow ? 1 : 2);
   QFrame::resizeEvent(event);
 }
 

@@ -22,6 +22,10 @@ std::string LevelNames(const std::vector<LevelEntry>& levels) {
 
 }  // namespace
 
+std::string NoiseName(const LevelEntry& level) {
+  return level.options.smooth_noise ? "smoothed" : "kept";
+}
+
 Project Project::Open(const std::string& path) {
   Project project;
   project.path_ = path;

@@ -66,6 +66,8 @@ struct LevelEntry {
   LevelOptions options;  // what it was built with
   std::string program;   // and by which version
 };
+// What became of the noise of the points that a level was made from: "smoothed" or "kept".
+std::string NoiseName(const LevelEntry& level);
 
 class Project;
 

@@ -54,9 +54,11 @@ LevelledGround LevelGround(Project* project, const GroundOptions& options, const
                    SamplePoints(survey.points.position, moved.bounds_));
   std::vector<Scratch> folders;
   for (LevelEntry& entry : moved.levels_) {
-    control.Report(entry.name + ": levelling", 0.3 + 0.7 * static_cast<double>(folders.size()) /
-                                                         static_cast<double>(moved.levels_.size()));
-    Level level = *project->LoadLevel(entry.name, control);
+    const double share = 0.7 / static_cast<double>(moved.levels_.size());
+    const double from = 0.3 + share * static_cast<double>(folders.size());
+    const std::string name = entry.name + ": ";
+    control.Report(name + "levelling", from);
+    Level level = *project->LoadLevel(entry.name, PartOf(control, from, from + 0.5 * share, name));
     TransformLevel(motion, &level);
     folders.push_back(WriteLevel(data_folder, level, control));
     entry.folder = relative(folders.back().path());

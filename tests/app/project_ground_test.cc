@@ -136,6 +136,20 @@ TEST_F(ProjectGround, EverythingMovesTogether) {
   EXPECT_LT(Length(again.transform.Apply(still) - still), 1e-6);
 }
 
+TEST_F(ProjectGround, ProgressRunsOnce) {
+  double last = 0;
+  int reports = 0;
+  Control control;
+  control.progress = [&](std::string_view what, double fraction) {
+    EXPECT_GE(fraction, last) << what;
+    last = fraction;
+    ++reports;
+  };
+  LevelGround(&project_, kWavy, control);
+  EXPECT_GT(reports, 5);
+  EXPECT_EQ(last, 1);
+}
+
 TEST_F(ProjectGround, PhotographsThatAreAwayAreNotForgotten) {
   fs::rename(folder_ + "/ws/images", folder_ + "/away");
   LevelGround(&project_, kWavy);

@@ -63,6 +63,17 @@ TEST(Similarity, OneAfterAnother) {
   }
 }
 
+TEST(Similarity, ATurnHasAnAngle) {
+  EXPECT_EQ(TurnOf({}), 0);
+  EXPECT_NEAR(TurnOf({std::cos(0.3), 0, std::sin(0.3), 0, {4, 5, 6}}), 0.6, 1e-12);
+  // The other quaternion of the same turn; the shorter way of a long one; half a turn.
+  EXPECT_NEAR(TurnOf({-std::cos(0.3), 0, -std::sin(0.3), 0, {}}), 0.6, 1e-12);
+  EXPECT_NEAR(TurnOf({std::cos(2.0), std::sin(2.0), 0, 0, {}}), 2 * std::acos(-1.0) - 4, 1e-12);
+  EXPECT_NEAR(TurnOf({0, 0, 0, 1, {}}), std::acos(-1.0), 1e-12);
+  // Small ones keep their digits.
+  EXPECT_NEAR(TurnOf({std::cos(5e-9), 5e-9, 0, 0, {}}), 1e-8, 1e-20);
+}
+
 TEST(Similarity, WhatIsNoneIsRefused) {
   EXPECT_THAT(ErrorOf(""), HasSubstr("holds 0 numbers"));
   EXPECT_THAT(ErrorOf("1 1 0 0 0 0 0"), HasSubstr("holds 7 numbers"));

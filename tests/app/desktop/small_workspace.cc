@@ -17,8 +17,8 @@ namespace {
 constexpr int kWidth = 320, kHeight = 240;
 constexpr double kFocal = 300.0;
 
-Vec3d surfacePoint(double x, double y) {
-  return {x, y, 0.25 * std::sin(4 * x) * std::cos(3 * y) + 0.1 * x};
+Vec3d surfacePoint(double x, double y, double relief) {
+  return {x, y, relief * std::sin(4 * x) * std::cos(3 * y) + 0.1 * x};
 }
 
 QColor surfaceColor(double x, double y) {
@@ -27,12 +27,12 @@ QColor surfaceColor(double x, double y) {
   return odd ? QColor(176, 128, 84) : QColor(104, 120, 96);
 }
 
-std::vector<Vec3d> gridPoints(int points) {
+std::vector<Vec3d> gridPoints(int points, double relief) {
   const int n = std::max(2, static_cast<int>(std::lround(std::sqrt(points))));
   std::vector<Vec3d> result;
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
-      result.push_back(surfacePoint(-1 + 2.0 * (i + 0.5) / n, -1 + 2.0 * (j + 0.5) / n));
+      result.push_back(surfacePoint(-1 + 2.0 * (i + 0.5) / n, -1 + 2.0 * (j + 0.5) / n, relief));
     }
   }
   return result;
@@ -70,7 +70,7 @@ std::array<double, 4> quaternionOf(const Camera& c) {
   }
 }
 
-QImage photograph(const Camera& camera) {
+QImage photograph(const Camera& camera, double relief) {
   QImage image(kWidth, kHeight, QImage::Format_RGB32);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
@@ -79,7 +79,9 @@ QImage photograph(const Camera& camera) {
       QColor color(40, 42, 46);
       for (double t = 1.0; t < 6.0; t += 0.01) {
         const Vec3d p = ray.origin + ray.direction * t;
-        if (std::abs(p.x) > 1 || std::abs(p.y) > 1 || p.z > surfacePoint(p.x, p.y).z) continue;
+        if (std::abs(p.x) > 1 || std::abs(p.y) > 1 || p.z > surfacePoint(p.x, p.y, relief).z) {
+          continue;
+        }
         color = surfaceColor(p.x, p.y);
         break;
       }
@@ -91,7 +93,7 @@ QImage photograph(const Camera& camera) {
 
 }  // namespace
 
-void writeSmallWorkspace(const QString& folder, int points) {
+void writeSmallWorkspace(const QString& folder, int points, double relief) {
   const QDir root(folder);
   root.mkpath(QStringLiteral("sparse/0"));
   root.mkpath(QStringLiteral("images"));
@@ -102,7 +104,7 @@ void writeSmallWorkspace(const QString& folder, int points) {
   open(&cameras);
   QTextStream(&cameras) << "1 PINHOLE " << kWidth << ' ' << kHeight << ' ' << kFocal << ' '
                         << kFocal << ' ' << kWidth / 2 << ' ' << kHeight / 2 << '\n';
-  const std::vector<Vec3d> cloud = gridPoints(points);
+  const std::vector<Vec3d> cloud = gridPoints(points, relief);
   QFile images(root.filePath(QStringLiteral("sparse/0/images.txt")));
   open(&images);
   QTextStream image_text(&images);
@@ -120,7 +122,7 @@ void writeSmallWorkspace(const QString& folder, int points) {
       image_text << (k ? " " : "") << x << ' ' << y << ' ' << k + 1;
     }
     image_text << '\n';
-    photograph(camera).save(root.filePath(QStringLiteral("images/") + name));
+    photograph(camera, relief).save(root.filePath(QStringLiteral("images/") + name));
   }
   QFile points3d(root.filePath(QStringLiteral("sparse/0/points3D.txt")));
   open(&points3d);
@@ -137,7 +139,7 @@ void writeSmallWorkspace(const QString& folder, int points) {
 void writeSmallPly(const QString& path, int points, bool radii) {
   QFile file(path);
   if (!file.open(QIODevice::WriteOnly)) qFatal("cannot write %s", qPrintable(path));
-  const std::vector<Vec3d> cloud = gridPoints(points);
+  const std::vector<Vec3d> cloud = gridPoints(points, kRelief);
   const double radius = 2.5 * 2.0 / std::sqrt(static_cast<double>(cloud.size()));
   QTextStream text(&file);
   text << "ply\nformat ascii 1.0\nelement vertex " << cloud.size()

@@ -161,6 +161,7 @@ void WindowTest::fourLinkedPanes() {
     const LevelStats& stats = window_->document()->levels()[static_cast<std::size_t>(i)].stats;
     QCOMPARE(pane(i)->strip()->value(QStringLiteral("Metaballs")),
              QString::fromStdString(FormatGrouped(stats.count)));
+    QCOMPARE(pane(i)->strip()->value(QStringLiteral("Noise")), QStringLiteral("smoothed"));
     for (const char* caption : {"Spacing", "Radius", "Error", "Time", "Device", "Hits"}) {
       const QString value = pane(i)->strip()->value(QLatin1String(caption));
       QVERIFY2(!value.isEmpty() && value != QStringLiteral("–"), caption);
@@ -179,6 +180,7 @@ void WindowTest::opensABareCloud() {
   QCOMPARE(window_->grid()->paneCount(), 1);
   QVERIFY(pane(0)->canvas()->view()->stats.hits > 0);
   QVERIFY(!pane(0)->findChild<QComboBox*>(QStringLiteral("color"))->isEnabled());
+  QCOMPARE(pane(0)->strip()->value(QStringLiteral("Noise")), QStringLiteral("–"));  // not known
   keep(window_.get(), QStringLiteral("bare_cloud"));
 }
 

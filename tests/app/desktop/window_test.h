@@ -53,6 +53,11 @@ class WindowTest : public QObject {
   void cancelsAnExport();
   void cancelsAnImport();
   void buildsMoreLevels();
+  void keepsTheNoiseWhereAsked();
+  void showsWhatWasBuiltBeforeACancel();
+  void levelsByTheGround();
+  void levelsNothingWithoutAGround();
+  void cancelsALevelling();
   void badFilesEndInADialog();
   void unwritableExportEndsInADialog();
   void remembersWindowAndFiles();
