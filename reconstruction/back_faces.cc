@@ -112,7 +112,7 @@ BackFaces::BackFaces(const Level& level, const SurfaceSampler& sampler, const Ca
         }
         if (!near) continue;
         const RayD ray = ray_of(x, y);
-        sampler.Sample(ray.origin + ray.direction * double(frame.depth[i]), ray.direction,
+        sampler.Sample(level, ray.origin + ray.direction * double(frame.depth[i]), ray.direction,
                        frame.id[i], frame.normal[i], &point);
         rim.weight[i] = 1;
         rim.depth[i] = static_cast<float>(Dot(point.position - ray.origin, ray.direction));

@@ -100,6 +100,7 @@ bool Blend(const Band& band, std::size_t i, Vec3f* color) {
 struct KnownLevel {
   std::uint64_t key = 0;
   std::unique_ptr<SurfaceDepths> depths;
+  std::unique_ptr<SurfaceSampler> sampler;
 };
 
 }  // namespace
@@ -119,7 +120,7 @@ struct PhotographShader::Impl {
   std::unique_ptr<PhotoSampler> cpu, device;  // the device where there is one
   std::string device_lost;                    // why it was given up
 
-  SurfaceDepths& DepthsOf(const Level& level, const Surface& surface);
+  KnownLevel& Known(const Level& level, const Surface& surface);
   void FindGains(const Level& level, SurfaceDepths* depths, const Control& control);
   std::vector<std::uint32_t> Candidates(const SurfaceDepths& depths, const Camera& camera,
                                         const Frame& frame) const;
@@ -129,7 +130,7 @@ struct PhotographShader::Impl {
   void Sample(Band* band, const Control& control);
 };
 
-SurfaceDepths& PhotographShader::Impl::DepthsOf(const Level& level, const Surface& surface) {
+KnownLevel& PhotographShader::Impl::Known(const Level& level, const Surface& surface) {
   const std::uint64_t key = SurfaceDepths::KeyOf(level, surface);
   const auto found =
       std::find_if(known.begin(), known.end(), [&](const KnownLevel& k) { return k.key == key; });
@@ -137,10 +138,12 @@ SurfaceDepths& PhotographShader::Impl::DepthsOf(const Level& level, const Surfac
     known.splice(known.begin(), known, found);
   } else {
     if (known.size() == kMostLevels) known.pop_back();
-    known.push_front({key, std::make_unique<SurfaceDepths>(photos.survey(), level, surface,
-                                                           bytes / 4 / kMostLevels)});
+    known.push_front(
+        {key,
+         std::make_unique<SurfaceDepths>(photos.survey(), level, surface, bytes / 4 / kMostLevels),
+         std::make_unique<SurfaceSampler>(level.cloud)});
   }
-  return *known.front().depths;
+  return known.front();
 }
 
 // Exposures are compared at metaballs spread evenly over the cloud (it is in Morton order), in the
@@ -277,7 +280,7 @@ void PhotographShader::Impl::Select(const PhotoSelector& selector, const Surface
             point.surface = {point.hit, backs.Normal(pixel), {}};
           } else {
             point.hit = ray.origin + ray.direction * double(frame.depth[pixel]);
-            sampler.Sample(point.hit, ray.direction, frame.id[pixel], frame.normal[pixel],
+            sampler.Sample(level, point.hit, ray.direction, frame.id[pixel], frame.normal[pixel],
                            &point.surface);
           }
           // Half a metaball: the depth maps were sampled elsewhere on the same bumps.
@@ -361,7 +364,8 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
   PhotoSet& photos = impl_->photos;
   photos.ClearUsed();
   photos.Prepare(std::vector<bool>(photos.size(), true), control);
-  SurfaceDepths& depths = impl_->DepthsOf(level, surface);
+  const KnownLevel& known = impl_->Known(level, surface);
+  SurfaceDepths& depths = *known.depths;
   if (impl_->gain.empty() && impl_->options.even_exposures) {
     impl_->FindGains(level, &depths, control);
     photos.ClearUsed();
@@ -371,7 +375,7 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
   for (const std::uint32_t photo : candidates) needed[photo] = true;
   depths.Prepare(level, needed, control);
   const PhotoSelector selector(photos, depths, candidates);
-  const SurfaceSampler sampler(level);
+  const SurfaceSampler& sampler = *known.sampler;
   const BackFaces backs(level, sampler, camera, *frame);
   const FrameLight light = PrepareLight(lighting);
   for (std::size_t next = 0; next < pixels;) {

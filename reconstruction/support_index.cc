@@ -5,15 +5,16 @@
 
 namespace sherd {
 
-SupportIndex::SupportIndex(const Cloud& cloud, float margin) {
+SupportIndex::SupportIndex(const Cloud& cloud, float margin, float widening) {
   if (cloud.empty()) {
     table_.resize(16);
     return;
   }
   const Box3f box = cloud.CenterBox();
+  const auto reach = [&](std::size_t i) { return widening * cloud.RadiusOf(i) + margin; };
   std::vector<float> radii;
   radii.reserve(cloud.size());
-  for (std::size_t i = 0; i < cloud.size(); ++i) radii.push_back(cloud.RadiusOf(i) + margin);
+  for (std::size_t i = 0; i < cloud.size(); ++i) radii.push_back(reach(i));
   const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
   std::nth_element(radii.begin(), middle, radii.end());
   const float largest = *std::max_element(radii.begin(), radii.end());
@@ -25,7 +26,7 @@ SupportIndex::SupportIndex(const Cloud& cloud, float margin) {
   min_ = box.min - Vec3f{largest + cell, largest + cell, largest + cell};
 
   const auto for_cells = [&](std::size_t i, const auto& visit) {
-    const float r = cloud.RadiusOf(i) + margin;
+    const float r = reach(i);
     const Vec3f lo = (cloud.center[i] - min_ - Vec3f{r, r, r}) * inverse_cell_;
     const Vec3f hi = (cloud.center[i] - min_ + Vec3f{r, r, r}) * inverse_cell_;
     for (int z = static_cast<int>(lo.z); z <= static_cast<int>(hi.z); ++z) {

@@ -11,10 +11,11 @@ namespace sherd {
 // Cells of the size of a typical support, each with the metaballs that reach into it.
 class SupportIndex {
  public:
-  // margin: how far centres may move afterwards, local units.
-  explicit SupportIndex(const Cloud& cloud, float margin = 0.0f);
+  // Supports are taken `widening` times as wide; margin: how far centres may move afterwards, local
+  // units.
+  explicit SupportIndex(const Cloud& cloud, float margin = 0.0f, float widening = 1.0f);
 
-  // The metaballs that may hold `p` (local units): a superset, in ascending order.
+  // The metaballs whose support may hold `p` (local units): a superset, in ascending order.
   struct Range {
     const std::uint32_t* begin = nullptr;
     const std::uint32_t* end = nullptr;

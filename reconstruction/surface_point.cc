@@ -6,15 +6,22 @@
 #include "metaball/density/shapes.h"
 
 namespace sherd {
+namespace {
 
-SurfaceSampler::SurfaceSampler(const Level& level) : level_(level), index_(level.cloud) {}
+// Supports are taken as so many times as wide as the field's: the sheet of many metaballs follows
+// less of the noise of each.
+constexpr float kWidening = 1.4f;
 
-void SurfaceSampler::Sample(const Vec3d& hit, const Vec3d& ray, std::int32_t id,
+}  // namespace
+
+SurfaceSampler::SurfaceSampler(const Cloud& cloud) : index_(cloud, 0.0f, kWidening) {}
+
+void SurfaceSampler::Sample(const Level& level, const Vec3d& hit, const Vec3d& ray, std::int32_t id,
                             const Vec3f& shading_normal, SurfacePoint* out) const {
-  const Cloud& cloud = level_.cloud;
-  const bool normals = level_.normal.size() == cloud.size();
-  const bool depths = level_.depth.size() == cloud.size();
-  const bool lists = level_.photo_begin.size() == cloud.size() + 1;
+  const Cloud& cloud = level.cloud;
+  const bool normals = level.normal.size() == cloud.size();
+  const bool depths = level.depth.size() == cloud.size();
+  const bool lists = level.photo_begin.size() == cloud.size() + 1;
   const Vec3f local = cloud.frame.LocalFromWorld(hit).cast<float>();
   out->photos.clear();
   Vec3f normal{};
@@ -23,17 +30,17 @@ void SurfaceSampler::Sample(const Vec3d& hit, const Vec3d& ray, std::int32_t id,
     total += weight;
     if (normals) {
       // Metaballs of the sheet behind, whose normals look away, have no say in where this one is.
-      const Vec3f& n = level_.normal[i];
+      const Vec3f& n = level.normal[i];
       const float facing = Dot(n, shading_normal);
       if (facing > 0) {
         normal += n * (weight * facing);
-        const float depth = depths ? level_.depth[i] / static_cast<float>(cloud.frame.unit) : 0.0f;
+        const float depth = depths ? level.depth[i] / static_cast<float>(cloud.frame.unit) : 0.0f;
         height += weight * facing * (Dot(n, local - cloud.center[i]) - depth);
       }
     }
     if (!lists) return;
-    for (std::uint32_t j = level_.photo_begin[i]; j < level_.photo_begin[i + 1]; ++j) {
-      const std::uint16_t photo = level_.photo_idx[j];
+    for (std::uint32_t j = level.photo_begin[i]; j < level.photo_begin[i + 1]; ++j) {
+      const std::uint16_t photo = level.photo_idx[j];
       auto known = std::find_if(out->photos.begin(), out->photos.end(),
                                 [&](const auto& share) { return share.photo == photo; });
       if (known == out->photos.end()) {
@@ -46,7 +53,7 @@ void SurfaceSampler::Sample(const Vec3d& hit, const Vec3d& ray, std::int32_t id,
   const SupportIndex::Range range = index_.At(local);
   for (const std::uint32_t* i = range.begin; i != range.end; ++i) {
     const Vec3f d = local - cloud.center[*i];
-    const float r = cloud.RadiusOf(*i);
+    const float r = kWidening * cloud.RadiusOf(*i);
     const float u = Dot(d, d) / (r * r);
     if (u < 1) add(*i, ShapeValue(DensityShape{}, u));
   }

@@ -22,15 +22,15 @@ struct SurfacePoint {
 
 class SurfaceSampler {
  public:
-  explicit SurfaceSampler(const Level& level);
+  explicit SurfaceSampler(const Cloud& cloud);
 
-  // hit: a point of the field's surface, world; ray: unit direction it was found along; id: its
-  // strongest metaball; shading_normal: of the field, unit. Thread-safe.
-  void Sample(const Vec3d& hit, const Vec3d& ray, std::int32_t id, const Vec3f& shading_normal,
-              SurfacePoint* out) const;
+  // level: whose cloud it was made for. hit: a point of the field's surface, world; ray: unit
+  // direction it was found along; id: its strongest metaball; shading_normal: of the field, unit.
+  // Thread-safe.
+  void Sample(const Level& level, const Vec3d& hit, const Vec3d& ray, std::int32_t id,
+              const Vec3f& shading_normal, SurfacePoint* out) const;
 
  private:
-  const Level& level_;
   SupportIndex index_;
 };
 
