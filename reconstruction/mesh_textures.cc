@@ -53,7 +53,7 @@ ImagePyramid Load(const ImportedMesh& mesh, const MeshTexture& texture,
   image.height = file.height();
   CheckMemory("texture " + texture.name, image.pixels() * kBytesPerPixel, memory_limit_bytes);
   image.bytes.reserve(image.pixels());
-  file.ReadRows([&](const Vec3f* row) {
+  file.ReadRows([&](const Vec3f* row, const std::uint8_t*) {
     for (int x = 0; x < image.width; ++x) {
       image.bytes.push_back(
           {EncodeLinear(row[x].x), EncodeLinear(row[x].y), EncodeLinear(row[x].z)});

@@ -57,7 +57,8 @@ void PhotoFile::Open(const std::string& what) {
 
 PhotoFile::~PhotoFile() = default;
 
-void PhotoFile::ReadRows(const std::function<void(const Vec3f* row)>& take) {
+void PhotoFile::ReadRows(
+    const std::function<void(const Vec3f* row, const std::uint8_t* encoded)>& take) {
   const OIIO::ImageSpec spec = impl_->input->spec();
   const int channels = spec.nchannels >= 3 ? 3 : 1;
   const int strip = spec.tile_height > 0 ? spec.tile_height : 64;
@@ -96,7 +97,7 @@ void PhotoFile::ReadRows(const std::function<void(const Vec3f* row)>& take) {
             impl_->linear ? Vec3f{floats[i], floats[g], floats[b]}
                           : Vec3f{table[bytes[i]], table[bytes[g]], table[bytes[b]]};
       }
-      take(row.data());
+      take(row.data(), impl_->linear || channels < 3 ? nullptr : &bytes[r * row_values]);
     }
   }
 }

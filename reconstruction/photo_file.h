@@ -22,9 +22,11 @@ class PhotoFile {
   int width() const { return width_; }
   int height() const { return height_; }
 
-  // Calls take(row) for every row from the top, `row` holding width() linear colours; one channel
-  // is taken as grey, a fourth is left out. In strips, never the whole picture. Throws InputError.
-  void ReadRows(const std::function<void(const Vec3f* row)>& take);
+  // Calls take(row, encoded) for every row from the top, `row` holding width() linear colours; one
+  // channel is taken as grey, a fourth is left out. encoded: the same row as the file has it, three
+  // bytes of sRGB for each pixel; null where it has no such. In strips, never the whole picture.
+  // Throws InputError.
+  void ReadRows(const std::function<void(const Vec3f* row, const std::uint8_t* encoded)>& take);
 
  private:
   struct Impl;

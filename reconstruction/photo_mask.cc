@@ -16,7 +16,7 @@ PhotoMask::PhotoMask(const std::string& path) {
   width_ = file.width();
   height_ = file.height();
   ignored_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-  file.ReadRows([&](const Vec3f* row) {
+  file.ReadRows([&](const Vec3f* row, const std::uint8_t*) {
     for (int x = 0; x < width_; ++x) {
       ignored_.push_back(!(row[x].x > 0 || row[x].y > 0 || row[x].z > 0));
     }

@@ -1,10 +1,8 @@
 #include "reconstruction/photo_pyramid.h"
 
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cmath>
-#include <mutex>
+#include <cstring>
 
 #include "metaball/error.h"
 #include "reconstruction/photo_file.h"
@@ -19,18 +17,19 @@ class RowHalver {
       : width_(width), sums_(static_cast<std::size_t>(HalvedSide(width))) {}
 
   void Add(const Vec3f* row) {
-    for (int x = 0; x < width_; ++x) sums_[static_cast<std::size_t>(x / 2)] += row[x];
+    const int pairs = width_ / 2;
+    for (int x = 0; x < pairs; ++x) sums_[x] += row[2 * x] + row[2 * x + 1];
+    if (width_ % 2) sums_[pairs] += row[width_ - 1];
     ++rows_;
   }
   bool complete() const { return rows_ == 2; }
   bool empty() const { return rows_ == 0; }
   // The averaged row; starts the next pair.
   const std::vector<Vec3f>& Take() {
-    for (int x = 0; x < static_cast<int>(sums_.size()); ++x) {
-      const int columns = std::min(2, width_ - 2 * x);
-      out_.resize(sums_.size());
-      out_[x] = sums_[x] * (1.0f / static_cast<float>(rows_ * columns));
-    }
+    out_.resize(sums_.size());
+    const float whole = 1.0f / static_cast<float>(rows_ * std::min(2, width_));
+    for (std::size_t x = 0; x < sums_.size(); ++x) out_[x] = sums_[x] * whole;
+    if (width_ % 2) out_.back() = sums_.back() * (1.0f / static_cast<float>(rows_));
     std::fill(sums_.begin(), sums_.end(), Vec3f{});
     rows_ = 0;
     return out_;
@@ -47,10 +46,7 @@ class PyramidBuilder {
   PyramidBuilder(int width, int height, int finest, std::vector<PhotoLevel>* levels)
       : finest_(finest), levels_(levels) {
     for (int w = width, h = height, level = 0;; ++level) {
-      if (level >= finest) {
-        levels->push_back({w, h, {}});
-        levels->back().pixels.reserve(static_cast<std::size_t>(w) * h);
-      }
+      if (level >= finest) levels->push_back(Empty(w, h));
       if (w == 1 && h == 1) break;
       halvers_.emplace_back(w);
       w = HalvedSide(w);
@@ -58,32 +54,46 @@ class PyramidBuilder {
     }
     if (levels->empty()) {  // coarser than a single pixel was asked for
       finest_ = static_cast<int>(halvers_.size());
-      levels->push_back({1, 1, {}});
+      levels->push_back(Empty(1, 1));
     }
+    filled_.assign(levels->size(), 0);
   }
   int finest() const { return finest_; }
 
-  void AddRow(const std::vector<Vec3f>& row, std::size_t level = 0) {
+  // encoded: the row of level 0 in sRGB bytes, null where it has to be made.
+  void AddRow(const Vec3f* row, const std::uint8_t* encoded = nullptr, std::size_t level = 0) {
     if (static_cast<int>(level) >= finest_) {
-      PhotoLevel& kept = (*levels_)[level - static_cast<std::size_t>(finest_)];
-      for (const Vec3f& c : row) {
-        kept.pixels.push_back({EncodeLinear(c.x), EncodeLinear(c.y), EncodeLinear(c.z)});
+      const std::size_t k = level - static_cast<std::size_t>(finest_);
+      PhotoLevel& kept = (*levels_)[k];
+      const auto width = static_cast<std::size_t>(kept.width);
+      Rgb8* const out = kept.pixels.data() + filled_[k]++ * width;
+      if (encoded) {
+        std::memcpy(static_cast<void*>(out), encoded, width * sizeof(Rgb8));
+      } else {
+        for (std::size_t x = 0; x < width; ++x) {
+          out[x] = {EncodeLinear(row[x].x), EncodeLinear(row[x].y), EncodeLinear(row[x].z)};
+        }
       }
     }
     if (level >= halvers_.size()) return;
-    halvers_[level].Add(row.data());
-    if (halvers_[level].complete()) AddRow(halvers_[level].Take(), level + 1);
+    halvers_[level].Add(row);
+    if (halvers_[level].complete()) AddRow(halvers_[level].Take().data(), nullptr, level + 1);
   }
   // The rows left over where a height is odd.
   void Finish() {
     for (std::size_t level = 0; level < halvers_.size(); ++level) {
-      if (!halvers_[level].empty()) AddRow(halvers_[level].Take(), level + 1);
+      if (!halvers_[level].empty()) AddRow(halvers_[level].Take().data(), nullptr, level + 1);
     }
   }
 
  private:
+  static PhotoLevel Empty(int width, int height) {
+    return {width, height, std::vector<Rgb8>(static_cast<std::size_t>(width) * height)};
+  }
+
   int finest_;
   std::vector<PhotoLevel>* levels_;
+  std::vector<std::size_t> filled_;  // rows of each
   std::vector<RowHalver> halvers_;
 };
 
@@ -109,11 +119,8 @@ PhotoPyramid ReadPhotoPyramid(const std::string& path, int finest) {
   PhotoFile file(path);
   std::vector<PhotoLevel> levels;
   PyramidBuilder builder(file.width(), file.height(), std::max(0, finest), &levels);
-  std::vector<Vec3f> linear(static_cast<std::size_t>(file.width()));
-  file.ReadRows([&](const Vec3f* row) {
-    std::copy_n(row, linear.size(), linear.begin());
-    builder.AddRow(linear);
-  });
+  file.ReadRows(
+      [&](const Vec3f* row, const std::uint8_t* encoded) { builder.AddRow(row, encoded); });
   builder.Finish();
   return {file.width(), file.height(), builder.finest(), std::move(levels)};
 }

@@ -72,14 +72,18 @@ std::vector<PhotoSet::Group> PhotoSet::GroupsOf(const std::vector<PhotoLookup>& 
 }
 
 void PhotoSet::Decode(
-    const std::vector<Group>& groups, const char* what,
+    std::vector<Group> groups, const char* what,
     const std::function<void(const Group& group, const PhotoPyramid& pyramid)>& visit,
     const Control& control) {
-  std::vector<PhotoStore::Request> requests;
-  for (const Group& group : groups) {
+  const auto request_of = [&](const Group& group) {
     const PhotoView& view = *views_[group.photo];
-    requests.push_back({view.path(), view.width(), view.height(), group.finest});
-  }
+    return PhotoStore::Request{view.path(), view.width(), view.height(), group.finest};
+  };
+  // First what is held already: the others may take its room.
+  std::stable_partition(groups.begin(), groups.end(),
+                        [&](const Group& group) { return store_.Holds(request_of(group)); });
+  std::vector<PhotoStore::Request> requests;
+  for (const Group& group : groups) requests.push_back(request_of(group));
   for (std::size_t r = 0; r < requests.size();) {
     control.Report(what, static_cast<double>(r) / static_cast<double>(requests.size()));
     for (const auto& pyramid : store_.Fetch(requests, r, control, &problems_)) {
@@ -147,7 +151,7 @@ void PhotoSet::Sample(const std::vector<PhotoLookup>& lookups, const char* what,
     }
   }
   Decode(
-      rest, what,
+      std::move(rest), what,
       [&](const Group& group, const PhotoPyramid& pyramid) {
         gather(group);
         sample(group, extent_of(group), &pyramid);

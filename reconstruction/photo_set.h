@@ -68,7 +68,7 @@ class PhotoSet {
   std::vector<Group> GroupsOf(const std::vector<PhotoLookup>& lookups) const;
   // Decodes the groups' photographs, as many at a time as fit, and calls visit(group, pyramid) for
   // each that can be read.
-  void Decode(const std::vector<Group>& groups, const char* what,
+  void Decode(std::vector<Group> groups, const char* what,
               const std::function<void(const Group& group, const PhotoPyramid& pyramid)>& visit,
               const Control& control);
 

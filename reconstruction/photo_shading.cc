@@ -19,7 +19,9 @@
 namespace sherd {
 namespace {
 
-constexpr std::size_t kBandHits = 1 << 18;  // surface pixels worked on at once
+// Pixels are worked on in squares of this side: they look at few photographs, and at much the same
+// as the squares beside them.
+constexpr int kSquare = 512;
 constexpr std::size_t kBlock = 1024;
 // The photographs a picture may use: the nearest by direction at points of a grid over it.
 constexpr int kGridPixels = 24;
@@ -36,7 +38,7 @@ constexpr float kSharpness = 3;  // exponent of the fine band's weights
 // has half its weight.
 constexpr float kDisagreement = 0.35f;
 
-struct Band {
+struct Square {
   std::vector<std::uint32_t> pixel;  // of each hit
   std::vector<std::uint32_t> begin;  // lookups of hit i: begin[i] .. begin[i + 1]
   std::vector<PhotoLookup> lookups;
@@ -49,14 +51,14 @@ Vec3f Times(const Vec3f& a, const Vec3f& b) { return {a.x * b.x, a.y * b.y, a.z 
 float LumaOf(const Vec3f& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
 
 // The colour that the lookups of hit i make; false without any.
-bool Blend(const Band& band, std::size_t i, Vec3f* color) {
+bool Blend(const Square& square, std::size_t i, Vec3f* color) {
   float weight[kMostPhotos], luma[kMostPhotos];
   std::size_t n = 0, at[kMostPhotos];
   float most = 0;
-  for (std::size_t j = band.begin[i]; j < band.begin[i + 1]; ++j) {
-    if (!band.there[j]) continue;
-    weight[n] = band.lookups[j].weight;
-    luma[n] = std::log(0.01f + LumaOf(band.colors[j].surroundings));
+  for (std::size_t j = square.begin[i]; j < square.begin[i + 1]; ++j) {
+    if (!square.there[j]) continue;
+    weight[n] = square.lookups[j].weight;
+    luma[n] = std::log(0.01f + LumaOf(square.colors[j].surroundings));
     most = std::max(most, weight[n]);
     at[n++] = j;
   }
@@ -84,7 +86,7 @@ bool Blend(const Band& band, std::size_t i, Vec3f* color) {
   Vec3f coarse{}, fine{};
   float coarse_weight = 0, fine_weight = 0;
   for (std::size_t k = 0; k < n; ++k) {
-    const PhotoColors& c = band.colors[at[k]];
+    const PhotoColors& c = square.colors[at[k]];
     const float sharp = std::pow(weight[k] / most, kSharpness);
     coarse += c.surroundings * weight[k];
     coarse_weight += weight[k];
@@ -125,9 +127,9 @@ struct PhotographShader::Impl {
   std::vector<std::uint32_t> Candidates(const SurfaceDepths& depths, const Camera& camera,
                                         const Frame& frame) const;
   void Select(const PhotoSelector& selector, const SurfaceSampler& sampler, const BackFaces& backs,
-              const Level& level, const Camera& camera, const Frame& frame, Band* band,
+              const Level& level, const Camera& camera, const Frame& frame, Square* square,
               const Control& control) const;
-  void Sample(Band* band, const Control& control);
+  void Sample(Square* square, const Control& control);
 };
 
 KnownLevel& PhotographShader::Impl::Known(const Level& level, const Surface& surface) {
@@ -261,16 +263,16 @@ std::vector<std::uint32_t> PhotographShader::Impl::Candidates(const SurfaceDepth
 
 void PhotographShader::Impl::Select(const PhotoSelector& selector, const SurfaceSampler& sampler,
                                     const BackFaces& backs, const Level& level,
-                                    const Camera& camera, const Frame& frame, Band* band,
+                                    const Camera& camera, const Frame& frame, Square* square,
                                     const Control& control) const {
-  const std::size_t blocks = (band->pixel.size() + kBlock - 1) / kBlock;
+  const std::size_t blocks = (square->pixel.size() + kBlock - 1) / kBlock;
   std::vector<std::vector<PhotoLookup>> found(blocks);
   ParallelBlocks(
-      band->pixel.size(), kBlock,
+      square->pixel.size(), kBlock,
       [&](std::size_t begin, std::size_t end) {
         ViewedPoint point;
         for (std::size_t i = begin; i < end; ++i) {
-          const std::uint32_t pixel = band->pixel[i];
+          const std::uint32_t pixel = square->pixel[i];
           const double px = pixel % static_cast<std::uint32_t>(frame.width) + 0.5;
           const double py = pixel / static_cast<std::uint32_t>(frame.width) + 0.5;
           const RayD ray = RayThrough(camera, px, py);
@@ -308,18 +310,22 @@ void PhotographShader::Impl::Select(const PhotoSelector& selector, const Surface
         }
       },
       control);
-  band->begin.assign(band->pixel.size() + 1, 0);
-  for (const auto& part : found) {
-    for (const PhotoLookup& lookup : part) ++band->begin[lookup.target + 1];
-    band->lookups.insert(band->lookups.end(), part.begin(), part.end());
+  std::size_t total = 0;
+  for (const auto& part : found) total += part.size();
+  square->lookups.reserve(total);
+  square->begin.assign(square->pixel.size() + 1, 0);
+  for (auto& part : found) {
+    for (const PhotoLookup& lookup : part) ++square->begin[lookup.target + 1];
+    square->lookups.insert(square->lookups.end(), part.begin(), part.end());
+    part = {};
   }
-  for (std::size_t i = 0; i < band->pixel.size(); ++i) band->begin[i + 1] += band->begin[i];
+  for (std::size_t i = 0; i < square->pixel.size(); ++i) square->begin[i + 1] += square->begin[i];
 }
 
-void PhotographShader::Impl::Sample(Band* band, const Control& control) {
+void PhotographShader::Impl::Sample(Square* square, const Control& control) {
   const auto sample_on = [&](PhotoSampler* sampler) {
-    photos.Sample(band->lookups, "projecting the photographs", sampler, &band->colors, &band->there,
-                  control);
+    photos.Sample(square->lookups, "projecting the photographs", sampler, &square->colors,
+                  &square->there, control);
   };
   if (device) {
     try {
@@ -334,9 +340,10 @@ void PhotographShader::Impl::Sample(Band* band, const Control& control) {
   }
   if (!device) sample_on(cpu.get());
   if (gain.empty()) return;
-  for (std::size_t i = 0; i < band->lookups.size(); ++i) {
-    const Vec3f& g = gain[band->lookups[i].photo];
-    band->colors[i] = {Times(band->colors[i].footprint, g), Times(band->colors[i].surroundings, g)};
+  for (std::size_t i = 0; i < square->lookups.size(); ++i) {
+    const Vec3f& g = gain[square->lookups[i].photo];
+    square->colors[i] = {Times(square->colors[i].footprint, g),
+                         Times(square->colors[i].surroundings, g)};
   }
 }
 
@@ -378,23 +385,30 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
   const SurfaceSampler& sampler = *known.sampler;
   const BackFaces backs(level, sampler, camera, *frame);
   const FrameLight light = PrepareLight(lighting);
-  for (std::size_t next = 0; next < pixels;) {
+  const int columns = (frame->width + kSquare - 1) / kSquare;
+  const int rows = (frame->height + kSquare - 1) / kSquare;
+  for (int k = 0; k < columns * rows; ++k) {
     control.ThrowIfStopped();
-    Band band;
-    for (; next < pixels && band.pixel.size() < kBandHits; ++next) {
-      const std::int32_t id = frame->id[next];
-      if (id < 0 || static_cast<std::size_t>(id) >= level.cloud.size()) continue;
-      if (frame->color[next].a > 0) band.pixel.push_back(static_cast<std::uint32_t>(next));
+    Square square;
+    // To the right and to the left in turn: the next square is beside the last one.
+    const int row = k / columns, column = row % 2 ? columns - 1 - k % columns : k % columns;
+    for (int y = row * kSquare; y < std::min((row + 1) * kSquare, frame->height); ++y) {
+      for (int x = column * kSquare; x < std::min((column + 1) * kSquare, frame->width); ++x) {
+        const std::size_t pixel = static_cast<std::size_t>(y) * frame->width + x;
+        const std::int32_t id = frame->id[pixel];
+        if (id < 0 || static_cast<std::size_t>(id) >= level.cloud.size()) continue;
+        if (frame->color[pixel].a > 0) square.pixel.push_back(static_cast<std::uint32_t>(pixel));
+      }
     }
-    if (band.pixel.empty()) continue;
-    impl_->Select(selector, sampler, backs, level, camera, *frame, &band, control);
-    impl_->Sample(&band, control);
-    for (std::size_t i = 0; i < band.pixel.size(); ++i) {
+    if (square.pixel.empty()) continue;
+    impl_->Select(selector, sampler, backs, level, camera, *frame, &square, control);
+    impl_->Sample(&square, control);
+    for (std::size_t i = 0; i < square.pixel.size(); ++i) {
       ++stats.pixels;
-      const std::uint32_t pixel = band.pixel[i];
+      const std::uint32_t pixel = square.pixel[i];
       const bool hole = backs.Contains(pixel);
       Vec3f color;
-      if (!(hole && impl_->options.show_unseen) && Blend(band, i, &color)) {
+      if (!(hole && impl_->options.show_unseen) && Blend(square, i, &color)) {
         ++stats.from_photos;
         stats.across_holes += hole;
       } else {

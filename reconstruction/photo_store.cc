@@ -20,6 +20,19 @@ void PhotoStore::MakeRoom(std::size_t bytes, std::uint64_t keep_since) {
   }
 }
 
+int PhotoStore::FinestOf(const Request& request) const {
+  int level = request.finest;
+  while (PhotoPyramid::BytesFor(request.width, request.height, level) > max_bytes_ && level < 24) {
+    ++level;
+  }
+  return level;
+}
+
+bool PhotoStore::Holds(const Request& request) const {
+  const auto held = entries_.find(request.path);
+  return held != entries_.end() && held->second.pyramid->finest() <= FinestOf(request);
+}
+
 std::vector<std::shared_ptr<const PhotoPyramid>> PhotoStore::Fetch(
     const std::vector<Request>& requests, std::size_t first, const Control& control,
     std::vector<std::string>* problems) {
@@ -31,16 +44,12 @@ std::vector<std::shared_ptr<const PhotoPyramid>> PhotoStore::Fetch(
   std::size_t planned = 0;
   for (std::size_t i = first; i < requests.size() && out.size() < kMostAtOnce; ++i) {
     const Request& request = requests[i];
-    int level = request.finest;
-    while (PhotoPyramid::BytesFor(request.width, request.height, level) > max_bytes_ &&
-           level < 24) {
-      ++level;
-    }
+    const int level = FinestOf(request);
     const std::size_t bytes = PhotoPyramid::BytesFor(request.width, request.height, level);
     if (i > first && planned + bytes > max_bytes_) break;
     planned += bytes;
     const auto held = entries_.find(request.path);
-    if (held != entries_.end() && held->second.pyramid->finest() <= level) {
+    if (Holds(request)) {
       held->second.used = ++clock_;
       out.push_back(held->second.pyramid);
     } else {

@@ -31,6 +31,9 @@ class PhotoStore {
                                                          std::size_t first, const Control& control,
                                                          std::vector<std::string>* problems);
 
+  // Whether nothing would have to be decoded for it.
+  bool Holds(const Request& request) const;
+
   std::size_t MemoryBytes() const { return bytes_; }
 
  private:
@@ -38,6 +41,8 @@ class PhotoStore {
     std::shared_ptr<const PhotoPyramid> pyramid;
     std::uint64_t used = 0;
   };
+  // The finest level that is asked for and can be held.
+  int FinestOf(const Request& request) const;
   void MakeRoom(std::size_t bytes, std::uint64_t keep_since);
 
   std::size_t max_bytes_;

@@ -37,7 +37,7 @@ PhotoImage ReadPhoto(const std::string& path, int max_side) {
     }
   };
   double covered = 0;
-  file.ReadRows([&](const Vec3f* row) {
+  file.ReadRows([&](const Vec3f* row, const std::uint8_t*) {
     if (scale == 1.0) {
       for (int x = 0; x < out.width; ++x) {
         out.pixels.push_back(
