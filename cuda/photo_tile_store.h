@@ -1,5 +1,5 @@
 // Photographs on a machine (machine.h) within a bound of memory: a pool of tiles that keeps what
-// was looked at last. Included by host_loop.cc and cuda_renderer.cu.
+// was looked at last. Included by host_loop.cc and photo_sampler.cu.
 #pragma once
 
 #include <algorithm>
@@ -115,7 +115,7 @@ class PhotoTileStore final : public PhotoTileSampler {
   std::uint32_t UploadLookups(std::span<const PhotoLookup> lookups) {
     const auto count =
         static_cast<std::uint32_t>(std::min<std::size_t>(lookups.size(), kLookupsAtOnce));
-    if (lookups_.size() == 0) {
+    if (linear_.size() == 0) {
       machine_.Resize(&lookups_, kLookupsAtOnce, "lookups");
       machine_.Resize(&colors_, kLookupsAtOnce, "colours");
       machine_.Resize(&staged_, kStagedTiles * kernels::kTilePixels, "tiles");
