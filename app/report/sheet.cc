@@ -74,7 +74,8 @@ class Canvas {
               double max_width) {
     double width = Width(text, size, bold);
     if (width > max_width) {
-      size = std::max(0.75 * size, size * max_width / width);
+      // A little smaller than the ratio says: glyphs keep to whole pixels.
+      size = std::max(0.75 * size, 0.97 * size * max_width / width);
       width = Width(text, size, bold);
     }
     if (width > max_width) {
@@ -186,6 +187,28 @@ std::vector<Figure> FiguresOf(const SheetPanel& panel, const SheetOptions& optio
           {"Memory", FormatBytes(level.cloud_bytes + render.bytes)}};
 }
 
+// Where the columns of figures begin, from 0, and where the last one ends: equally wide, or, where
+// one needs more, each by what stands in it.
+std::vector<double> ColumnsOf(const std::vector<Figure>& figures, const SheetLayout& s,
+                              Canvas* canvas) {
+  const double u = s.unit, equal = static_cast<double>(s.panel_width) / s.figure_columns;
+  std::vector<double> need(static_cast<std::size_t>(s.figure_columns), 0.0);
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    double& widest = need[i % need.size()];
+    widest = std::max({widest, canvas->Width(figures[i].label, 12 * u, false) + 8 * u,
+                       canvas->Width(figures[i].value, 16 * u, false) + 8 * u});
+  }
+  double sum = 0;
+  for (const double width : need) sum += width;
+  const bool fits = *std::max_element(need.begin(), need.end()) <= equal;
+  const double spare = (s.panel_width - sum) / s.figure_columns;
+  std::vector<double> begin{0};
+  for (const double width : need) {
+    begin.push_back(begin.back() + (fits || spare < 0 ? equal : width + spare));
+  }
+  return begin;
+}
+
 void DrawCaption(const SheetLayout& s, const SheetPanel& panel, const SheetOptions& options, int x,
                  double top, Canvas* canvas) {
   const double u = s.unit;
@@ -196,13 +219,14 @@ void DrawCaption(const SheetLayout& s, const SheetPanel& panel, const SheetOptio
   canvas->Text(x + used + 12 * u, top + 32 * u, count, 16 * u, false, kQuiet,
                s.panel_width - used - 12 * u);
   const std::vector<Figure> figures = FiguresOf(panel, options);
-  const double cell = static_cast<double>(s.panel_width) / s.figure_columns;
-  for (int i = 0; i < static_cast<int>(figures.size()); ++i) {
-    const Figure& figure = figures[static_cast<std::size_t>(i)];
-    const double left = x + (i % s.figure_columns) * cell;
-    const double y = top + (44 + 44 * (i / s.figure_columns)) * u;
-    canvas->Text(left, y + 14 * u, figure.label, 12 * u, false, kQuiet, cell - 8 * u);
-    canvas->Text(left, y + 33 * u, figure.value, 16 * u, false, kText, cell - 8 * u);
+  const std::vector<double> columns = ColumnsOf(figures, s, canvas);
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    const Figure& figure = figures[i];
+    const std::size_t column = i % (columns.size() - 1), row = i / (columns.size() - 1);
+    const double left = x + columns[column], room = columns[column + 1] - columns[column] - 8 * u;
+    const double y = top + (44 + 44 * static_cast<double>(row)) * u;
+    canvas->Text(left, y + 14 * u, figure.label, 12 * u, false, kQuiet, room);
+    canvas->Text(left, y + 33 * u, figure.value, 16 * u, false, kText, room);
   }
 }
 
