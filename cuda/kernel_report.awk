@@ -13,17 +13,19 @@ BEGIN {
 
 /Compiling entry function/ {
   name = ""
-  # ForEachKernel<sherd::kernels::X> or BlockKernel<sherd::kernels::TraceProgram<...<a, b, T, c> > >
+  # ForEachKernel<sherd::kernels::X> or
+  # BlockKernel<sherd::kernels::TraceProgram<...<radii, colours, T, shape, c> > >
   if (match($0, /sherd::ForEachKernel<sherd::kernels::[A-Za-z]+>/)) {
     name = substr($0, RSTART, RLENGTH)
     sub(/.*::/, "", name)
     sub(/>/, "", name)
     size = 256
-  } else if (match($0, /TraceTraits<[a-z, ]+>/)) {
-    name = substr($0, RSTART + 12, RLENGTH - 13)
+  } else if (match($0, /TraceTraits<[a-z]+, [a-z]+, [a-z]+, sherd::[A-Za-z]+/)) {
+    name = substr($0, RSTART + 12, RLENGTH - 12)
     split(name, feature, /, /)
     name = "Trace, " (feature[1] == "true" ? "a radius each" : "one radius") ", " \
-           (feature[2] == "true" ? "colours" : "one colour") ", " feature[3]
+           (feature[2] == "true" ? "colours" : "one colour") ", " feature[3] ", " \
+           (feature[4] ~ /AnyShape/ ? "any density" : "Murakami\047s density")
     size = 64
   }
 }

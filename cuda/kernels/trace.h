@@ -40,8 +40,8 @@ struct TraceProgram {
   using Entry = ColumnEntry<Real, Traits::kOwnRadius>;
   static constexpr int kThreads = kTileRays;
   // Asked of the compiler, so that it neither spills for more blocks than shared memory lets in nor
-  // takes more registers than these leave: 96 of 65536 in floats, 168 in doubles.
-  static constexpr int kBlocksPerMultiprocessor = sizeof(Real) == 8 ? 6 : 10;
+  // takes more registers than these leave: 128 of 65536 in floats, 168 in doubles.
+  static constexpr int kBlocksPerMultiprocessor = sizeof(Real) == 8 ? 6 : 8;
   static constexpr int kColumn = Traits::kColumn;
   using Shape = typename Traits::Shape;
 
