@@ -11,64 +11,64 @@ namespace {
 // Cosine between the viewing ray and the normal of a pixel's strongest metaball: outlines, where it
 // may have either sign, are left alone.
 constexpr double kFromBehind = 0.1;
-constexpr int kRim = 2;  // pixels
-constexpr std::size_t kRows = 16;
+constexpr int kRim = 2;            // pixels
+constexpr std::size_t kRows = 16;  // worked on at once; even
 
 enum class Facing : char { kUnknown, kFront, kBack };
 
-// Sums of what is known, by pixel of one size of the picture.
+// Weighted sums of depth and normal for each cell of a coarser picture.
 struct Sums {
   int width = 0, height = 0;
-  std::vector<float> weight, depth;
-  std::vector<Vec3f> normal;
+  struct Cell {
+    float weight = 0, depth = 0;
+    Vec3f normal{};
+    void Add(const Cell& other, float share) {
+      weight += share * other.weight;
+      depth += share * other.depth;
+      normal += other.normal * share;
+    }
+  };
+  std::vector<Cell> cell;
 
-  Sums(int w, int h)
-      : width(w),
-        height(h),
-        weight(static_cast<std::size_t>(w) * h, 0.0f),
-        depth(weight.size(), 0.0f),
-        normal(weight.size()) {}
-  void Add(std::size_t to, const Sums& from, std::size_t at, float share) {
-    weight[to] += share * from.weight[at];
-    depth[to] += share * from.depth[at];
-    normal[to] += from.normal[at] * share;
+  Sums(int w, int h) : width(w), height(h), cell(static_cast<std::size_t>(w) * h) {}
+  Cell& At(int x, int y) { return cell[static_cast<std::size_t>(y) * width + x]; }
+  const Cell& At(int x, int y) const { return cell[static_cast<std::size_t>(y) * width + x]; }
+  // What is well known counts once.
+  void Saturate() {
+    for (Cell& c : cell) {
+      const float over = std::max(1.0f, c.weight);
+      c = {c.weight / over, c.depth / over, c.normal / over};
+    }
+  }
+  // At the pixel (x, y) of a picture twice as wide, bilinear.
+  Cell Between(int x, int y) const {
+    const int x0 = x / 2, x1 = std::clamp(x % 2 ? x0 + 1 : x0 - 1, 0, width - 1);
+    const int y0 = y / 2, y1 = std::clamp(y % 2 ? y0 + 1 : y0 - 1, 0, height - 1);
+    Cell out;
+    out.Add(At(x0, y0), 9.0f / 16);
+    out.Add(At(x1, y0), 3.0f / 16);
+    out.Add(At(x0, y1), 3.0f / 16);
+    out.Add(At(x1, y1), 1.0f / 16);
+    return out;
   }
 };
 
-// Half the size; what is well known counts once.
 Sums Pulled(const Sums& fine) {
   Sums out((fine.width + 1) / 2, (fine.height + 1) / 2);
   for (int y = 0; y < fine.height; ++y) {
-    for (int x = 0; x < fine.width; ++x) {
-      out.Add(static_cast<std::size_t>(y / 2) * out.width + x / 2, fine,
-              static_cast<std::size_t>(y) * fine.width + x, 1.0f);
-    }
+    for (int x = 0; x < fine.width; ++x) out.At(x / 2, y / 2).Add(fine.At(x, y), 1.0f);
   }
-  for (std::size_t i = 0; i < out.weight.size(); ++i) {
-    const float over = std::max(1.0f, out.weight[i]);
-    out.weight[i] /= over;
-    out.depth[i] /= over;
-    out.normal[i] = out.normal[i] / over;
-  }
+  out.Saturate();
   return out;
 }
 
-// Adds to every pixel, as far as it is not known, what the coarser picture has there (bilinear).
+// Adds to every cell, as far as it is not known, what the coarser picture has there.
 void Push(const Sums& coarse, Sums* fine) {
   for (int y = 0; y < fine->height; ++y) {
-    const int y0 = y / 2, y1 = std::clamp(y % 2 ? y0 + 1 : y0 - 1, 0, coarse.height - 1);
     for (int x = 0; x < fine->width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * fine->width + x;
-      const float missing = 1 - fine->weight[i];
-      if (!(missing > 0)) continue;
-      const int x0 = x / 2, x1 = std::clamp(x % 2 ? x0 + 1 : x0 - 1, 0, coarse.width - 1);
-      const auto at = [&](int px, int py) {
-        return static_cast<std::size_t>(py) * coarse.width + px;
-      };
-      fine->Add(i, coarse, at(x0, y0), missing * 9 / 16);
-      fine->Add(i, coarse, at(x1, y0), missing * 3 / 16);
-      fine->Add(i, coarse, at(x0, y1), missing * 3 / 16);
-      fine->Add(i, coarse, at(x1, y1), missing * 1 / 16);
+      Sums::Cell& cell = fine->At(x, y);
+      const float missing = 1 - cell.weight;
+      if (missing > 0) cell.Add(coarse.Between(x, y), missing);
     }
   }
 }
@@ -96,8 +96,9 @@ BackFaces::BackFaces(const Level& level, const SurfaceSampler& sampler, const Ca
   });
   const auto back = [&](std::size_t i) { return facing[i] == Facing::kBack; };
   if (std::find(facing.begin(), facing.end(), Facing::kBack) == facing.end()) return;
-  // The rims, on the sheet: the field's own surface turns away there.
-  Sums rim(frame.width, frame.height);
+  // The rims, on the sheet: the field's own surface turns away there. At half the size, which is
+  // all that pixels of which nothing is known are filled from; a block's rows are an even number.
+  Sums rim((frame.width + 1) / 2, (frame.height + 1) / 2);
   ParallelBlocks(rows, kRows, [&](std::size_t begin, std::size_t end) {
     SurfacePoint point;
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
@@ -114,23 +115,31 @@ BackFaces::BackFaces(const Level& level, const SurfaceSampler& sampler, const Ca
         const RayD ray = ray_of(x, y);
         sampler.Sample(level, ray.origin + ray.direction * double(frame.depth[i]), ray.direction,
                        frame.id[i], frame.normal[i], &point);
-        rim.weight[i] = 1;
-        rim.depth[i] = static_cast<float>(Dot(point.position - ray.origin, ray.direction));
-        rim.normal[i] = point.normal;
+        const double depth = Dot(point.position - ray.origin, ray.direction);
+        rim.At(x / 2, y / 2).Add({1, static_cast<float>(depth), point.normal}, 1);
       }
     }
   });
+  rim.Saturate();
   std::vector<Sums> sizes{std::move(rim)};
   while (sizes.back().width > 1 || sizes.back().height > 1) sizes.push_back(Pulled(sizes.back()));
   for (std::size_t k = sizes.size() - 1; k > 0; --k) Push(sizes[k], &sizes[k - 1]);
-  const Sums& filled = sizes.front();
-  depth_.assign(facing.size(), 0.0f);
-  normal_.assign(facing.size(), {});
   for (std::size_t i = 0; i < facing.size(); ++i) {
-    if (!back(i) || !(filled.weight[i] > 0)) continue;
-    depth_[i] = filled.depth[i] / filled.weight[i];
-    normal_[i] = Normalized(filled.normal[i], -frame.normal[i]);
+    if (!back(i)) continue;
+    const auto width = static_cast<std::size_t>(frame.width);
+    const Sums::Cell filled =
+        sizes.front().Between(static_cast<int>(i % width), static_cast<int>(i / width));
+    if (!(filled.weight > 0)) continue;
+    pixels_.push_back({static_cast<std::uint32_t>(i), filled.depth / filled.weight,
+                       Normalized(filled.normal, -frame.normal[i])});
   }
+}
+
+const BackFaces::Pixel* BackFaces::Find(std::size_t pixel) const {
+  const auto found =
+      std::lower_bound(pixels_.begin(), pixels_.end(), pixel,
+                       [](const Pixel& p, std::size_t wanted) { return p.pixel < wanted; });
+  return found != pixels_.end() && found->pixel == pixel ? &*found : nullptr;
 }
 
 }  // namespace sherd

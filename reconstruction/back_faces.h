@@ -22,16 +22,16 @@ class BackFaces {
   BackFaces(const Level& level, const SurfaceSampler& sampler, const Camera& camera,
             const Frame& frame);
 
-  // False for a pixel that shows a front, or where nothing around it does.
-  bool Contains(std::size_t pixel) const { return !depth_.empty() && depth_[pixel] > 0; }
-  // Of a pixel that is contained; world units along its ray, unit normal.
-  double Depth(std::size_t pixel) const { return depth_[pixel]; }
-  const Vec3f& Normal(std::size_t pixel) const { return normal_[pixel]; }
+  struct Pixel {
+    std::uint32_t pixel = 0;  // into the frame
+    float depth = 0;          // world units along its ray
+    Vec3f normal{};           // unit
+  };
+  // Null for a pixel that shows a front, or where nothing around it does.
+  const Pixel* Find(std::size_t pixel) const;
 
  private:
-  // By pixel; empty where the whole picture shows fronts. Depth 0 where a pixel is not contained.
-  std::vector<float> depth_;
-  std::vector<Vec3f> normal_;
+  std::vector<Pixel> pixels_;  // in ascending order
 };
 
 }  // namespace sherd

@@ -277,9 +277,9 @@ void PhotographShader::Impl::Select(const PhotoSelector& selector, const Surface
           const double py = pixel / static_cast<std::uint32_t>(frame.width) + 0.5;
           const RayD ray = RayThrough(camera, px, py);
           point.to_viewer = -ray.direction;
-          if (backs.Contains(pixel)) {
-            point.hit = ray.origin + ray.direction * backs.Depth(pixel);
-            point.surface = {point.hit, backs.Normal(pixel), {}};
+          if (const BackFaces::Pixel* const back = backs.Find(pixel)) {
+            point.hit = ray.origin + ray.direction * double(back->depth);
+            point.surface = {point.hit, back->normal, {}};
           } else {
             point.hit = ray.origin + ray.direction * double(frame.depth[pixel]);
             sampler.Sample(level, point.hit, ray.direction, frame.id[pixel], frame.normal[pixel],
@@ -406,7 +406,7 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
     for (std::size_t i = 0; i < square.pixel.size(); ++i) {
       ++stats.pixels;
       const std::uint32_t pixel = square.pixel[i];
-      const bool hole = backs.Contains(pixel);
+      const bool hole = backs.Find(pixel) != nullptr;
       Vec3f color;
       if (!(hole && impl_->options.show_unseen) && Blend(square, i, &color)) {
         ++stats.from_photos;
