@@ -96,19 +96,18 @@ class PhotoTileStore final : public PhotoTileSampler {
   // Numbers a tile alike whichever levels are read.
   kernels::TiledPhoto Layout(const PhotoExtent& extent, int finest) {
     kernels::TiledPhoto photo{};
-    int width = extent.width, height = extent.height, level = 0;
+    const std::vector<LevelSize> sizes = LevelSizes(extent.width, extent.height);
+    const int levels = std::min(static_cast<int>(sizes.size()), kernels::TiledPhoto::kMostLevels);
     tiles_ = 0;
-    for (;; ++level) {
+    for (int level = 0; level < levels; ++level) {
+      const auto [width, height] = sizes[static_cast<std::size_t>(level)];
       const auto columns = static_cast<std::uint32_t>((width - 1) / kernels::kTileSide + 1);
       const auto rows = static_cast<std::uint32_t>((height - 1) / kernels::kTileSide + 1);
       photo.level[level] = {width, height, tiles_, columns};
       tiles_ += columns * rows;
-      if ((width == 1 && height == 1) || level + 1 == kernels::TiledPhoto::kMostLevels) break;
-      width = HalvedSide(width);
-      height = HalvedSide(height);
     }
-    photo.coarsest = level;
-    photo.finest = std::min(finest, level);
+    photo.coarsest = levels - 1;
+    photo.finest = std::min(finest, photo.coarsest);
     return photo;
   }
 

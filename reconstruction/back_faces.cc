@@ -1,8 +1,9 @@
 #include "reconstruction/back_faces.h"
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
+#include "metaball/photo/pyramid.h"
 #include "reconstruction/parallel.h"
 
 namespace sherd {
@@ -11,10 +12,11 @@ namespace {
 // Cosine between the viewing ray and the normal of a pixel's strongest metaball: outlines, where it
 // may have either sign, are left alone.
 constexpr double kFromBehind = 0.1;
-constexpr int kRim = 2;            // pixels
+constexpr int kRimWidth = 2;       // pixels
 constexpr std::size_t kRows = 16;  // worked on at once; even
 
-enum class Facing : char { kUnknown, kFront, kBack };
+// kRim: a front beside a back.
+enum class Facing : char { kUnknown, kFront, kRim, kBack };
 
 // Weighted sums of depth and normal for each cell of a coarser picture.
 struct Sums {
@@ -54,7 +56,7 @@ struct Sums {
 };
 
 Sums Pulled(const Sums& fine) {
-  Sums out((fine.width + 1) / 2, (fine.height + 1) / 2);
+  Sums out(HalvedSide(fine.width), HalvedSide(fine.height));
   for (int y = 0; y < fine.height; ++y) {
     for (int x = 0; x < fine.width; ++x) out.At(x / 2, y / 2).Add(fine.At(x, y), 1.0f);
   }
@@ -79,6 +81,10 @@ BackFaces::BackFaces(const Level& level, const SurfaceSampler& sampler, const Ca
                      const Frame& frame) {
   if (level.normal.size() != level.cloud.size()) return;
   const auto ray_of = [&](int x, int y) { return RayThrough(camera, x + 0.5, y + 0.5); };
+  const auto place_of = [&](std::uint32_t i) {
+    const auto width = static_cast<std::uint32_t>(frame.width);
+    return std::pair(static_cast<int>(i % width), static_cast<int>(i / width));
+  };
   const auto rows = static_cast<std::size_t>(frame.height);
   std::vector<Facing> facing(frame.id.size(), Facing::kUnknown);
   ParallelBlocks(rows, kRows, [&](std::size_t begin, std::size_t end) {
@@ -94,24 +100,29 @@ BackFaces::BackFaces(const Level& level, const SurfaceSampler& sampler, const Ca
       }
     }
   });
-  const auto back = [&](std::size_t i) { return facing[i] == Facing::kBack; };
-  if (std::find(facing.begin(), facing.end(), Facing::kBack) == facing.end()) return;
+  std::vector<std::uint32_t> backs;
+  for (std::size_t i = 0; i < facing.size(); ++i) {
+    if (facing[i] == Facing::kBack) backs.push_back(static_cast<std::uint32_t>(i));
+  }
+  if (backs.empty()) return;
+  for (const std::uint32_t i : backs) {
+    const auto [x, y] = place_of(i);
+    for (int v = std::max(0, y - kRimWidth); v <= std::min(frame.height - 1, y + kRimWidth); ++v) {
+      for (int u = std::max(0, x - kRimWidth); u <= std::min(frame.width - 1, x + kRimWidth); ++u) {
+        Facing& near = facing[static_cast<std::size_t>(v) * frame.width + u];
+        if (near == Facing::kFront) near = Facing::kRim;
+      }
+    }
+  }
   // The rims, on the sheet: the field's own surface turns away there. At half the size, which is
   // all that pixels of which nothing is known are filled from; a block's rows are an even number.
-  Sums rim((frame.width + 1) / 2, (frame.height + 1) / 2);
+  Sums rim(HalvedSide(frame.width), HalvedSide(frame.height));
   ParallelBlocks(rows, kRows, [&](std::size_t begin, std::size_t end) {
     SurfacePoint point;
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < frame.width; ++x) {
         const std::size_t i = static_cast<std::size_t>(y) * frame.width + x;
-        if (facing[i] != Facing::kFront) continue;
-        bool near = false;
-        for (int v = std::max(0, y - kRim); v <= std::min(frame.height - 1, y + kRim); ++v) {
-          for (int u = std::max(0, x - kRim); u <= std::min(frame.width - 1, x + kRim); ++u) {
-            near = near || back(static_cast<std::size_t>(v) * frame.width + u);
-          }
-        }
-        if (!near) continue;
+        if (facing[i] != Facing::kRim) continue;
         const RayD ray = ray_of(x, y);
         sampler.Sample(level, ray.origin + ray.direction * double(frame.depth[i]), ray.direction,
                        frame.id[i], frame.normal[i], &point);
@@ -124,14 +135,12 @@ BackFaces::BackFaces(const Level& level, const SurfaceSampler& sampler, const Ca
   std::vector<Sums> sizes{std::move(rim)};
   while (sizes.back().width > 1 || sizes.back().height > 1) sizes.push_back(Pulled(sizes.back()));
   for (std::size_t k = sizes.size() - 1; k > 0; --k) Push(sizes[k], &sizes[k - 1]);
-  for (std::size_t i = 0; i < facing.size(); ++i) {
-    if (!back(i)) continue;
-    const auto width = static_cast<std::size_t>(frame.width);
-    const Sums::Cell filled =
-        sizes.front().Between(static_cast<int>(i % width), static_cast<int>(i / width));
+  for (const std::uint32_t i : backs) {
+    const auto [x, y] = place_of(i);
+    const Sums::Cell filled = sizes.front().Between(x, y);
     if (!(filled.weight > 0)) continue;
-    pixels_.push_back({static_cast<std::uint32_t>(i), filled.depth / filled.weight,
-                       Normalized(filled.normal, -frame.normal[i])});
+    pixels_.push_back(
+        {i, filled.depth / filled.weight, Normalized(filled.normal, -frame.normal[i])});
   }
 }
 

@@ -45,16 +45,12 @@ class PyramidBuilder {
  public:
   PyramidBuilder(int width, int height, int finest, std::vector<PhotoLevel>* levels)
       : finest_(finest), levels_(levels) {
-    for (int w = width, h = height, level = 0;; ++level) {
-      if (level >= finest) levels->push_back(Empty(w, h));
-      if (w == 1 && h == 1) break;
-      halvers_.emplace_back(w);
-      w = HalvedSide(w);
-      h = HalvedSide(h);
-    }
-    if (levels->empty()) {  // coarser than a single pixel was asked for
-      finest_ = static_cast<int>(halvers_.size());
-      levels->push_back(Empty(1, 1));
+    const std::vector<LevelSize> sizes = LevelSizes(width, height);
+    // Where coarser than a single pixel was asked for, that is kept.
+    finest_ = std::min(finest_, static_cast<int>(sizes.size()) - 1);
+    for (std::size_t k = 0; k < sizes.size(); ++k) {
+      if (static_cast<int>(k) >= finest_) levels->push_back(Empty(sizes[k].width, sizes[k].height));
+      if (k + 1 < sizes.size()) halvers_.emplace_back(sizes[k].width);
     }
     filled_.assign(levels->size(), 0);
   }

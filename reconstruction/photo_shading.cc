@@ -327,15 +327,17 @@ void PhotographShader::Impl::Sample(Square* square, const Control& control) {
     photos.Sample(square->lookups, "projecting the photographs", sampler, &square->colors,
                   &square->there, control);
   };
+  const auto give_up = [&](const Error& error) {
+    device_lost = error.what();
+    device.reset();
+  };
   if (device) {
     try {
       sample_on(device.get());
     } catch (const DeviceError& error) {
-      device_lost = error.what();
-      device.reset();
+      give_up(error);
     } catch (const ResourceError& error) {
-      device_lost = error.what();
-      device.reset();
+      give_up(error);
     }
   }
   if (!device) sample_on(cpu.get());

@@ -103,6 +103,14 @@ std::map<std::string, std::string> MetadataOf(const ExportScene& scene, const Ex
           {"sherd:device", device}};
 }
 
+// Looks photographs up where `renderer` draws; null without a survey, which must outlive it.
+std::unique_ptr<PhotographShader> ShaderBeside(const Renderer& renderer, const Survey* survey) {
+  if (!survey) return nullptr;
+  auto shader = std::make_unique<PhotographShader>(*survey);
+  shader->SampleOn(MakePhotoSampler(renderer));
+  return shader;
+}
+
 }  // namespace
 
 RenderStats RenderInBands(const PictureJob& job, const Camera& camera, int supersample,
@@ -147,16 +155,15 @@ void ExportScreenshot(const ExportScene& scene, const ExportView& view,
   job.level = scene.document->LoadLevel(view.level_idx, control);
   job.surface = view.surface;
   job.lighting = scene.lighting;
+  const std::unique_ptr<Renderer> renderer = scene.factory(scene.backend, nullptr);
+  job.renderer = renderer.get();
   std::shared_ptr<const Survey> survey;
   std::unique_ptr<PhotographShader> photographs;
   if (view.photograph_colors) {
     survey = scene.document->LoadSurvey(control);
-    if (survey) photographs = std::make_unique<PhotographShader>(*survey);
+    photographs = ShaderBeside(*renderer, survey.get());
   }
   job.photographs = photographs.get();
-  const std::unique_ptr<Renderer> renderer = scene.factory(scene.backend, nullptr);
-  job.renderer = renderer.get();
-  if (photographs) photographs->SampleOn(MakePhotoSampler(*renderer));
 
   const Camera camera = Letterboxed(scene.camera, options.width, options.height);
   PictureOptions picture;
@@ -201,8 +208,7 @@ void ExportSheet(const ExportScene& scene, const std::vector<ExportView>& views,
                   [](const ExportView& view) { return view.photograph_colors; })) {
     control.Report("Finding the photographs", 0.0);
     survey = scene.document->LoadSurvey(control);
-    if (survey) photographs = std::make_unique<PhotographShader>(*survey);
-    if (photographs) photographs->SampleOn(MakePhotoSampler(*renderer));
+    photographs = ShaderBeside(*renderer, survey.get());
   }
 
   std::vector<SheetPanel> panels;

@@ -220,9 +220,10 @@ void DrawCaption(const SheetLayout& s, const SheetPanel& panel, const SheetOptio
                s.panel_width - used - 12 * u);
   const std::vector<Figure> figures = FiguresOf(panel, options);
   const std::vector<double> columns = ColumnsOf(figures, s, canvas);
+  const auto per_row = static_cast<std::size_t>(s.figure_columns);
   for (std::size_t i = 0; i < figures.size(); ++i) {
     const Figure& figure = figures[i];
-    const std::size_t column = i % (columns.size() - 1), row = i / (columns.size() - 1);
+    const std::size_t column = i % per_row, row = i / per_row;
     const double left = x + columns[column], room = columns[column + 1] - columns[column] - 8 * u;
     const double y = top + (44 + 44 * static_cast<double>(row)) * u;
     canvas->Text(left, y + 14 * u, figure.label, 12 * u, false, kQuiet, room);

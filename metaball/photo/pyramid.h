@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "metaball/color.h"
-#include "metaball/hostdevice.h"
 #include "metaball/vec.h"
 
 namespace sherd {
@@ -19,7 +18,12 @@ struct PhotoLevel {
 };
 
 // The size of the next coarser level.
-SHERD_HD int HalvedSide(int side) { return (side + 1) / 2; }
+inline int HalvedSide(int side) { return (side + 1) / 2; }
+struct LevelSize {
+  int width, height;
+};
+// Of all levels, from the photograph's own size down to a single pixel.
+std::vector<LevelSize> LevelSizes(int width, int height);
 
 class PhotoPyramid {
  public:

@@ -336,8 +336,9 @@ int Run(const Options& options) {
       }
     }
   }
-  if (results.empty() && photos.empty())
+  if (results.empty() && photos.empty()) {
     throw std::invalid_argument("no scene's name holds '" + options.scene + "'");
+  }
   if (!options.json.empty()) WriteReport(options, cuda, passed, results, photos);
   std::printf("%s\n", passed ? "passed" : "FAILED");
   return passed ? 0 : 1;

@@ -18,22 +18,18 @@ double Uniform(std::uint32_t i) { return Hash(i) / 4294967296.0; }
 
 PhotoPyramid MakeNoisePhoto(int width, int height, int finest, std::uint32_t seed) {
   std::vector<PhotoLevel> levels;
-  for (int w = width, h = height, level = 0;; ++level) {
-    if (level >= finest) {
-      PhotoLevel noise{w, h, {}};
-      noise.pixels.reserve(static_cast<std::size_t>(w) * h);
-      const std::uint32_t start = Hash(seed * 32 + static_cast<std::uint32_t>(level));
-      for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(w) * h; ++i) {
-        const std::uint32_t bits = Hash(start + i);
-        noise.pixels.push_back({static_cast<std::uint8_t>(bits),
-                                static_cast<std::uint8_t>(bits >> 8),
-                                static_cast<std::uint8_t>(bits >> 16)});
-      }
-      levels.push_back(std::move(noise));
+  const std::vector<LevelSize> sizes = LevelSizes(width, height);
+  for (auto k = static_cast<std::size_t>(finest); k < sizes.size(); ++k) {
+    PhotoLevel noise{sizes[k].width, sizes[k].height, {}};
+    const auto count = static_cast<std::uint32_t>(noise.width) * noise.height;
+    noise.pixels.reserve(count);
+    const std::uint32_t start = Hash(seed * 32 + static_cast<std::uint32_t>(k));
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const std::uint32_t bits = Hash(start + i);
+      noise.pixels.push_back({static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8),
+                              static_cast<std::uint8_t>(bits >> 16)});
     }
-    if (w == 1 && h == 1) break;
-    w = HalvedSide(w);
-    h = HalvedSide(h);
+    levels.push_back(std::move(noise));
   }
   return {width, height, finest, std::move(levels)};
 }

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <vector>
 
 #include "app/desktop/dialogs.h"
 #include "app/desktop/info_strip.h"
@@ -29,6 +30,13 @@ void write(const QString& path, const QString& text) {
   file.write(text.toUtf8());
 }
 
+void makeProject(ImportOptions options, const QString& source, const QString& path,
+                 const std::vector<std::uint64_t>& levels) {
+  options.source = source.toStdString();
+  Project project = ImportSurvey(options, path.toStdString());
+  BuildLevels(&project, levels, {});
+}
+
 // About `points` points near a plane, in a national grid and turned by twice kHalf; two levels.
 QString writeTiltedProject(const QString& folder, int points) {
   writeSmallWorkspace(folder, points, 0.05);
@@ -37,12 +45,10 @@ QString writeTiltedProject(const QString& folder, int points) {
                        .arg(std::cos(kHalf), 0, 'g', 17)
                        .arg(std::sin(kHalf), 0, 'g', 17));
   ImportOptions options;
-  options.source = folder.toStdString();
   options.transform = transform.toStdString();
   options.metres_per_unit = 0.5;
   const QString path = folder + QStringLiteral("/tilted.sherd");
-  Project project = ImportSurvey(options, path.toStdString());
-  BuildLevels(&project, {1000, 4000}, {});
+  makeProject(options, folder, path, {1000, 4000});
   return path;
 }
 
@@ -138,12 +144,7 @@ void WindowTest::showsWhatWasBuiltBeforeACancel() {
   const QString folder = dir_.filePath(QStringLiteral("rebuilt"));
   writeSmallWorkspace(folder, 60000);
   const QString path = dir_.filePath(QStringLiteral("rebuilt.sherd"));
-  {
-    ImportOptions options;
-    options.source = folder.toStdString();
-    Project project = ImportSurvey(options, path.toStdString());
-    BuildLevels(&project, {1000}, {});
-  }
+  makeProject({}, folder, path, {1000});
   open(path);
   QCOMPARE(noiseOf(pane(0)), QStringLiteral("smoothed"));
   window_->askBuildLevels();
@@ -240,12 +241,7 @@ void WindowTest::levelsNothingWithoutAGround() {
   }
   write(ply, text);
   const QString path = dir_.filePath(QStringLiteral("ball/ball.sherd"));
-  {
-    ImportOptions options;
-    options.source = ply.toStdString();
-    Project project = ImportSurvey(options, path.toStdString());
-    BuildLevels(&project, {1000}, {});
-  }
+  makeProject({}, ply, path, {1000});
   open(path);
   const auto before = stateOf(path);
   const auto document = window_->document();
