@@ -72,6 +72,13 @@ SHERD_HD Vec3<T> Normalized(const Vec3<T>& a, const Vec3<T>& fallback = Vec3<T>{
   const T length = Length(a);
   return length > T(0) && length < T(INFINITY) ? a / length : fallback;
 }
+// A unit vector perpendicular to `a`, which has a length.
+template <class T>
+SHERD_HD Vec3<T> Perpendicular(const Vec3<T>& a) {
+  using std::abs;
+  const Vec3<T> other = abs(a.x) < abs(a.y) ? Vec3<T>{T(1), T(0), T(0)} : Vec3<T>{T(0), T(1), T(0)};
+  return Normalized(Cross(a, other));
+}
 template <class T>
 SHERD_HD bool IsFinite(const Vec3<T>& a) {
   using std::isfinite;

@@ -119,6 +119,17 @@ class PhotoRanking {
   std::vector<double> focal_;
 };
 
+Channel SurveyedShares(const PointCells& cells, std::size_t surveyed) {
+  Channel share(kSurveyedChannel, ChannelType::kUnorm8, 1, cells.size());
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    const std::uint32_t* const first = cells.point_idx.data() + cells.cell_begin[c];
+    const std::uint32_t* const last = cells.point_idx.data() + cells.cell_begin[c + 1];
+    const auto count = std::count_if(first, last, [&](std::uint32_t i) { return i < surveyed; });
+    share.Set(c, {{static_cast<float>(count) / static_cast<float>(last - first)}});
+  }
+  return share;
+}
+
 template <class T>
 std::vector<T> Permuted(const std::vector<T>& from, const std::vector<std::uint32_t>& order) {
   std::vector<T> out;
@@ -164,6 +175,7 @@ Level BuildLevel(const PreparedPoints& prepared, const Survey& survey, const Lev
   for (std::size_t i = 0; i < cells.size(); ++i) input.center.push_back(fitted.CenterOf(i));
   input.radius = fitted.radius;
   input.color = std::move(reduced.color);
+  if (prepared.closing > 0) input.channels = {SurveyedShares(cells, prepared.surveyed())};
   std::vector<std::uint32_t> order;
   level.cloud = BuildCloud(input, nullptr, &order);
   level.normal = Permuted(fitted.normal, order);
@@ -202,6 +214,7 @@ Level BuildLevel(const PreparedPoints& prepared, const Survey& survey, const Lev
   LevelStats& stats = level.stats;
   stats.source_points = prepared.source_points;
   stats.outliers = prepared.outliers;
+  stats.closing_points = prepared.closing;
   stats.target_count = options.target_count;
   stats.count = level.cloud.size();
   stats.threshold = threshold;

@@ -32,6 +32,7 @@ struct LevelOptions {
   bool nested = false;
   bool remove_outliers = true;
   bool smooth_noise = true;    // by SmoothNoise, before the level is built
+  bool close_holes = true;     // by CloseHoles, likewise
   double radius_factor = 0.0;  // radius = factor * local spacing; 0: the default (see radii.cc)
   double threshold = 0.0;      // 0: the default
   int max_photos_per_metaball = 8;
@@ -40,9 +41,14 @@ struct LevelOptions {
   bool photo_colors = false;
 };
 
+// The name of the channel (Cloud::channels, 0 to 1) with the share of each metaball's points that
+// were surveyed and not added by CloseHoles. A level without such points has no channel.
+inline constexpr const char* kSurveyedChannel = "surveyed";
+
 struct LevelStats {
-  std::uint64_t source_points = 0;  // before preparation
-  std::uint64_t outliers = 0;       // removed
+  std::uint64_t source_points = 0;   // before preparation
+  std::uint64_t outliers = 0;        // removed
+  std::uint64_t closing_points = 0;  // added by CloseHoles
   std::uint64_t target_count = 0;
   std::uint64_t count = 0;  // metaballs
   double spacing = 0.0;     // median local spacing, world units
@@ -51,7 +57,7 @@ struct LevelStats {
   // Share of the metaballs whose surroundings are too sparse for the surface to close (the local
   // spacing is far above the level's own): where holes are to be expected.
   double open_share = 0.0;
-  // Distances of all prepared points from the level's surface, world units: how well it keeps what
+  // Distances of all surveyed points from the level's surface, world units: how well it keeps what
   // was surveyed, the noise of the points included. The largest is the one-sided Hausdorff
   // distance. No error is smaller than what is stated (surface_field.h says how they are measured).
   // Negative: not known (a level built before they were measured).
@@ -88,11 +94,13 @@ struct PreparedPoints {
   std::vector<float> shift;
   std::uint64_t source_points = 0;
   std::uint64_t outliers = 0;
+  std::size_t closing = 0;  // the last of the points: CloseHoles added them, nobody surveyed them
   // What nested levels are made of: all points in an order of which each level takes the first.
   // Filled in by OrderPoints for one kind of reduction.
   std::vector<std::uint32_t> order;
   Reduction ordered_for = Reduction::kVoxel;
 
+  std::size_t surveyed() const { return points.size() - closing; }
   // Where point i was before SmoothNoise.
   Vec3d SurveyedPosition(std::size_t i) const {
     if (shift.empty()) return points.position[i];
@@ -117,9 +125,23 @@ PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers,
 // nothing has changed.
 void SmoothNoise(bool remove_outliers, PreparedPoints* points, const Control& control = {});
 
+// Adds points that close the holes of the survey, up to 16 local spacings wide: from the points at
+// the rim of a hole along the surface that all points around stand for (an implicit surface of
+// moving least squares), where these lie on all sides, face the same way and the photographs do not
+// see through (seen_through.h). None where it is not known which photographs see the points:
+// nothing then tells a hole of the survey from one of what was surveyed. The points take colour,
+// photographs and spacing of the nearest surveyed one. Once, after SmoothNoise, before OrderPoints.
+// Deterministic. Throws ResourceError, Cancelled, and then nothing has changed.
+void CloseHoles(const Survey& survey, PreparedPoints* points, const Control& control = {});
+
 // Needed once before nested levels are built. Throws Cancelled; InputError for kVoxel, whose cells
 // do not nest.
 void OrderPoints(Reduction reduction, PreparedPoints* points, const Control& control = {});
+
+// PreparePoints and what `options` ask for of SmoothNoise, CloseHoles and OrderPoints, in this
+// order.
+PreparedPoints PrepareForLevels(const Survey& survey, const LevelOptions& options,
+                                const Control& control = {});
 
 // The count reached is within 1 % of the target (or all points when there are fewer).
 // Deterministic: the same points give the same level on every machine and for any number of

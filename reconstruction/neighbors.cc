@@ -34,6 +34,27 @@ struct NeighborSearch::Impl {
   SearchFrame frame;
   pcl::PointCloud<pcl::PointXYZ>::Ptr cloud{new pcl::PointCloud<pcl::PointXYZ>};
   pcl::KdTreeFLANN<pcl::PointXYZ> tree{/*sorted=*/true};
+
+  pcl::PointXYZ Local(const Vec3d& p) const {
+    const Vec3f q = frame.Local(p);
+    return {q.x, q.y, q.z};
+  }
+  // search(&indices, &squared distances) returns how many it found.
+  template <class Search>
+  int Find(const Search& search, int* idx, float* distance) const {
+    thread_local pcl::Indices indices;
+    thread_local std::vector<float> squared;
+    const int found = search(&indices, &squared);
+    for (int j = 0; j < found; ++j) {
+      const auto k = static_cast<std::size_t>(j);
+      idx[j] = indices[k];
+      distance[j] = static_cast<float>(std::sqrt(static_cast<double>(squared[k])) * frame.unit);
+    }
+    return found;
+  }
+  int Nearest(const pcl::PointXYZ& p, int k, int* idx, float* distance) const {
+    return Find([&](auto* i, auto* d) { return tree.nearestKSearch(p, k, *i, *d); }, idx, distance);
+  }
 };
 
 NeighborSearch::NeighborSearch(const std::vector<Vec3d>& positions)
@@ -43,47 +64,34 @@ NeighborSearch::NeighborSearch(const std::vector<Vec3d>& positions)
   }
   impl_->frame = SearchFrame::For(positions);
   impl_->cloud->reserve(positions.size());
-  for (const Vec3d& p : positions) {
-    const Vec3f q = impl_->frame.Local(p);
-    impl_->cloud->emplace_back(q.x, q.y, q.z);
-  }
+  for (const Vec3d& p : positions) impl_->cloud->push_back(impl_->Local(p));
   if (!positions.empty()) impl_->tree.setInputCloud(impl_->cloud);
 }
 
 NeighborSearch::~NeighborSearch() = default;
 
 int NeighborSearch::Nearest(std::size_t i, int k, int* idx, float* distance) const {
-  thread_local pcl::Indices indices;
-  thread_local std::vector<float> squared;
-  const int found = impl_->tree.nearestKSearch((*impl_->cloud)[i], k, indices, squared);
-  for (int j = 0; j < found; ++j) {
-    idx[j] = indices[j];
-    distance[j] =
-        static_cast<float>(std::sqrt(static_cast<double>(squared[j])) * impl_->frame.unit);
-  }
-  return found;
+  return impl_->Nearest((*impl_->cloud)[i], k, idx, distance);
+}
+
+int NeighborSearch::Nearest(const Vec3d& p, int k, int* idx, float* distance) const {
+  if (impl_->cloud->empty()) return 0;
+  return impl_->Nearest(impl_->Local(p), k, idx, distance);
 }
 
 int NeighborSearch::Within(std::size_t i, double radius, int k, int* idx, float* distance) const {
-  thread_local pcl::Indices indices;
-  thread_local std::vector<float> squared;
-  const int found = impl_->tree.radiusSearch((*impl_->cloud)[i], radius / impl_->frame.unit,
-                                             indices, squared, static_cast<unsigned>(k));
-  for (int j = 0; j < found; ++j) {
-    idx[j] = indices[j];
-    distance[j] =
-        static_cast<float>(std::sqrt(static_cast<double>(squared[j])) * impl_->frame.unit);
-  }
-  return found;
+  return impl_->Find(
+      [&](auto* found, auto* squared) {
+        return impl_->tree.radiusSearch((*impl_->cloud)[i], radius / impl_->frame.unit, *found,
+                                        *squared, static_cast<unsigned>(k));
+      },
+      idx, distance);
 }
 
 int NeighborSearch::NearestTo(const Vec3d& p) const {
-  if (impl_->cloud->empty()) return -1;
-  thread_local pcl::Indices indices;
-  thread_local std::vector<float> squared;
-  const Vec3f q = impl_->frame.Local(p);
-  const int found = impl_->tree.nearestKSearch(pcl::PointXYZ(q.x, q.y, q.z), 1, indices, squared);
-  return found > 0 ? indices[0] : -1;
+  int idx = -1;
+  float distance = 0;
+  return Nearest(p, 1, &idx, &distance) > 0 ? idx : -1;
 }
 
 int NeighborSearch::CountWithin(std::size_t i, double radius) const {

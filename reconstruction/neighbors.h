@@ -31,6 +31,7 @@ class NeighborSearch {
   // first where points coincide). Fewer where there are fewer points. distance in world units.
   // Returns their number. Thread-safe; the same on every call.
   int Nearest(std::size_t i, int k, int* idx, float* distance) const;
+  int Nearest(const Vec3d& p, int k, int* idx, float* distance) const;  // to p, any place
   // The same within `radius` (world units), at most k.
   int Within(std::size_t i, double radius, int k, int* idx, float* distance) const;
   // The nearest point to p; -1 where there are none.

@@ -190,8 +190,7 @@ class Coloring {
                             ? level_.stats.spacing * cloud.RadiusOf(i) * cloud.frame.unit /
                                   level_.stats.radius_median
                             : cloud.RadiusOf(i) * cloud.frame.unit / 2;
-    const Vec3d any = std::abs(normal.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
-    const Vec3d across = Normalized(Cross(normal, any)) * side;
+    const Vec3d across = Perpendicular(normal) * side;
     const Vec3d along = Cross(normal, across);
     double x, y, ax, ay, bx, by;
     if (!view->Project(center, &x, &y) || !view->Project(center + across, &ax, &ay) ||

@@ -28,6 +28,20 @@ SurveyPoints Gather(const SurveyPoints& points, const std::vector<std::uint32_t>
   return out;
 }
 
+void Append(const SurveyPoints& more, SurveyPoints* points) {
+  const auto append = [](const auto& from, auto* to) {
+    to->insert(to->end(), from.begin(), from.end());
+  };
+  append(more.position, &points->position);
+  append(more.color, &points->color);
+  append(more.normal, &points->normal);
+  append(more.error, &points->error);
+  for (std::size_t i = 1; i < more.photo_begin.size(); ++i) {
+    points->photo_begin.push_back(points->photo_idx.size() + more.photo_begin[i]);
+  }
+  append(more.photo_idx, &points->photo_idx);
+}
+
 std::uint64_t RemapPhotos(const std::vector<std::uint32_t>& photo_of, SurveyPoints* points) {
   std::uint64_t write = 0, removed = 0;
   for (std::size_t i = 0; i + 1 < points->photo_begin.size(); ++i) {

@@ -174,10 +174,7 @@ void PhotographShader::Impl::FindGains(const Level& level, SurfaceDepths* depths
       const double distance = Length(way);
       if (normals && !(Dot(way, level.normal[i].cast<double>()) > 0.3 * distance)) return;
       // The mean over a square as wide as a few metaballs, as it faces the photograph.
-      const Vec3d across =
-          Normalized(
-              Cross(way, std::abs(way.x) < std::abs(way.y) ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0})) *
-          (4 * spacing);
+      const Vec3d across = Perpendicular(way) * (4 * spacing);
       const Vec3d along = Normalized(Cross(way, across)) * (4 * spacing);
       double x, y, ax, ay, bx, by;
       if (!view->Project(center, &x, &y) || !view->Project(center + across, &ax, &ay) ||

@@ -1,4 +1,5 @@
-// What all levels of a survey share: stray points removed, local spacing, normals.
+// What all levels of a survey share: stray points removed, local spacing, normals; and what is done
+// to the points after that.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -6,6 +7,7 @@
 
 #include "metaball/error.h"
 #include "metaball/morton.h"
+#include "metaball/progress_range.h"
 #include "reconstruction/level.h"
 #include "reconstruction/local_plane.h"
 #include "reconstruction/memory.h"
@@ -149,12 +151,23 @@ PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const C
   if (remove_outliers && n > 4 * kNeighbors) {
     std::vector<char> stray(n, 0);
     FindSparse(search, out.points.position, mean, &stray, control);
-    FindSeenThrough(survey, out.points, out.spacing, &stray, control);
+    FindSeenThrough(survey, out.points, stray, out.points, out.spacing, &stray, control);
     FindClumps(search, out.spacing, &stray, control);
     RemoveStray(stray, &out);
   }
   control.Report("points prepared", 1.0);
   return out;
+}
+
+PreparedPoints PrepareForLevels(const Survey& survey, const LevelOptions& options,
+                                const Control& control) {
+  PreparedPoints points = PreparePoints(survey, options.remove_outliers, PartOf(control, 0, 0.6));
+  if (options.smooth_noise) {
+    SmoothNoise(options.remove_outliers, &points, PartOf(control, 0.6, 0.85));
+  }
+  if (options.close_holes) CloseHoles(survey, &points, PartOf(control, 0.85, 0.95));
+  if (options.nested) OrderPoints(options.reduction, &points, PartOf(control, 0.95, 1));
+  return points;
 }
 
 }  // namespace sherd

@@ -104,21 +104,22 @@ class SeenPoints {
 
 }  // namespace
 
-void FindSeenThrough(const Survey& survey, const SurveyPoints& points,
+void FindSeenThrough(const Survey& survey, const SurveyPoints& seen,
+                     const std::vector<char>& unseen, const SurveyPoints& asked,
                      const std::vector<float>& spacing, std::vector<char>* stray,
                      const Control& control) {
-  const std::size_t n = points.size(), photos = survey.photographs.size();
-  if (points.photo_begin.empty() || photos == 0) return;
-  const PointsOfPhotos of_photo(points, photos);
+  const std::size_t n = asked.size(), photos = survey.photographs.size();
+  if (seen.photo_begin.empty() || photos == 0) return;
+  const PointsOfPhotos of_photo(seen, photos);
   // Large surveys: every few photographs testify, and count for those left out.
   const std::size_t step =
       static_cast<std::size_t>(static_cast<double>(n) * static_cast<double>(photos) /
                                kMostProjections) +
       1;
-  const std::size_t asked = (photos + step - 1) / step;
+  const std::size_t testifying = (photos + step - 1) / step;
   std::vector<std::atomic<std::uint16_t>> witnesses(n);  // sums: the order does not matter
   ParallelBlocks(
-      asked, 1,
+      testifying, 1,
       [&](std::size_t block, std::size_t) {
         const std::size_t p = block * step;
         const std::uint64_t begin = of_photo.begin[p], end = of_photo.begin[p + 1];
@@ -128,30 +129,30 @@ void FindSeenThrough(const Survey& survey, const SurveyPoints& points,
         const CameraProjector projector(camera);
         double focal, fy, cx, cy;
         camera.Pinhole(&focal, &fy, &cx, &cy);
-        SeenPoints seen(camera, end - begin);
+        SeenPoints picture(camera, end - begin);
         double x = 0, y = 0;
         for (std::uint64_t k = begin; k < end; ++k) {
           const std::uint32_t i = of_photo.point[k];
-          if ((*stray)[i]) continue;
-          const Vec3d q = photo.cam_from_world.Apply(points.position[i]);
-          if (projector.Project(q, &x, &y)) seen.Add(x, y, Length(q));
+          if (!unseen.empty() && unseen[i]) continue;
+          const Vec3d q = photo.cam_from_world.Apply(seen.position[i]);
+          if (projector.Project(q, &x, &y)) picture.Add(x, y, Length(q));
         }
-        seen.Sort();
+        picture.Sort();
         for (std::size_t i = 0; i < n; ++i) {
           if (i % (1 << 16) == 0) control.ThrowIfStopped();
           if ((*stray)[i]) continue;
-          const Vec3d q = photo.cam_from_world.Apply(points.position[i]);
+          const Vec3d q = photo.cam_from_world.Apply(asked.position[i]);
           if (!projector.Project(q, &x, &y)) continue;
           const double distance = Length(q), apart = spacing[i];
-          if (seen.OnlyBeyond(x, y, kBeside * apart * focal / distance,
-                              distance + kBehind * apart)) {
+          if (picture.OnlyBeyond(x, y, kBeside * apart * focal / distance,
+                                 distance + kBehind * apart)) {
             witnesses[i].fetch_add(1, std::memory_order_relaxed);
           }
         }
       },
       control, "finding points the photographs see through", 0.75, 0.85);
   for (std::size_t i = 0; i < n; ++i) {
-    const std::uint64_t listed = points.photo_begin[i + 1] - points.photo_begin[i];
+    const std::uint64_t listed = asked.photo_begin[i + 1] - asked.photo_begin[i];
     const std::uint64_t count = witnesses[i].load() * step;
     if (count >= kFewestWitnesses && 2 * count > listed) (*stray)[i] = 1;
   }

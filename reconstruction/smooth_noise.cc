@@ -88,8 +88,7 @@ class Smoother {
       few += n * std::max(0.0f, Dot(n, p.normal[i]));
     }
     const Vec3d up = Normalized(few, p.normal[i]).cast<double>();
-    const Vec3d side =
-        Normalized(Cross(up, std::abs(up.x) < std::abs(up.y) ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+    const Vec3d side = Perpendicular(up);
     const Vec3d ahead = Cross(up, side);
     const double noise = NoiseAround(idx, count);
     if (!(noise > 0)) return 0;

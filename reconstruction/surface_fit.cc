@@ -246,12 +246,13 @@ SurfaceErrors MeasureErrors(const PreparedPoints& prepared, const PointCells& ce
   const Workbench bench(m.position);
   const Cloud cloud = bench.CloudOf(m);
   const SurfaceField field(cloud);
-  std::vector<float> distance(points.size());
+  std::vector<float> distance(points.size(), NAN);
   ParallelBlocks(
       cells.size(), kBlock,
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t c = begin; c < end; ++c) {
           for (std::uint32_t j = cells.cell_begin[c]; j < cells.cell_begin[c + 1]; ++j) {
+            if (cells.point_idx[j] >= prepared.surveyed()) continue;
             const Vec3f p = bench.Local(prepared.SurveyedPosition(cells.point_idx[j]));
             distance[j] = std::abs(field.SignedDistance(
                 p, m.normal[c], static_cast<float>(threshold), static_cast<std::uint32_t>(c)));
@@ -262,8 +263,6 @@ SurfaceErrors MeasureErrors(const PreparedPoints& prepared, const PointCells& ce
   SurfaceErrors out;
   const auto end =
       std::remove_if(distance.begin(), distance.end(), [](float d) { return !std::isfinite(d); });
-  out.unmatched_share = static_cast<double>(distance.end() - end) /
-                        static_cast<double>(std::max<std::size_t>(1, distance.size()));
   distance.erase(end, distance.end());
   if (distance.empty()) return out;
   double sum = 0;

@@ -24,12 +24,10 @@ struct FittedMetaballs {
   Vec3d CenterOf(std::size_t i) const { return position[i] - normal[i].cast<double>() * depth[i]; }
 };
 
-// The distances of all prepared points, where they were surveyed, to the surface, world units
-// (SurfaceField says which way they are measured).
+// The distances of all surveyed points that a surface is found for, where they were surveyed, to
+// the surface, world units (SurfaceField says which way they are measured).
 struct SurfaceErrors {
   double mean = 0, p95 = 0, largest = 0;
-  // Share of the points that no surface was found for; they take no part in the others.
-  double unmatched_share = 0;
 };
 
 // position, normal: one metaball for each cell of `points`. Sinks the centres below the surface,

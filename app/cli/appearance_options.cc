@@ -72,6 +72,13 @@ Channel ViewsOf(const Level& level) {
   return views;
 }
 
+// Of a level for which no holes were closed.
+Channel AllSurveyed(const Level& level) {
+  Channel surveyed(kSurveyedChannel, ChannelType::kUnorm8, 1, level.cloud.size());
+  for (std::size_t i = 0; i < surveyed.size(); ++i) surveyed.Set(i, {{1}});
+  return surveyed;
+}
+
 void ApplyColorBy(const AppearanceOptions& options, const Level* level, int threads, Scene* scene) {
   Appearance& appearance = scene->appearance;
   appearance.color = ColorSource::kQuantity;
@@ -109,10 +116,14 @@ void ApplyColorBy(const AppearanceOptions& options, const Level* level, int thre
   }
   if (scene->cloud->FindChannel(pseudo.channel)) return;
   const bool views = pseudo.channel == kViews && level && !level->photo_begin.empty();
-  if (pseudo.channel != kSpacing && !views) return;  // CheckAppearance says what there is
+  const bool surveyed = pseudo.channel == kSurveyedChannel && level;
+  if (pseudo.channel != kSpacing && !views && !surveyed)
+    return;  // CheckAppearance says what there is
   auto cloud = std::make_shared<Cloud>(*scene->cloud);
   if (views) {
     cloud->channels.push_back(ViewsOf(*level));
+  } else if (surveyed) {
+    cloud->channels.push_back(AllSurveyed(*level));
   } else {
     AddSpacingChannel(cloud.get(), kSpacing, threads);
   }
@@ -217,10 +228,11 @@ void AddAppearanceOptions(CLI::App* app, AppearanceOptions* options) {
             "gradient]")
       ->group(kSurface);
 
-  auto* by = app->add_option("--color-by", options->color_by,
-                             "colours stand for a quantity: intensity, field, x, y, z, distance "
-                             "(from the camera), distance:X,Y,Z, normal, morton, spacing, views "
-                             "(of a level), or a channel of the cloud (NAME or NAME:COMPONENT)")
+  auto* by = app->add_option(
+                    "--color-by", options->color_by,
+                    "colours stand for a quantity: intensity, field, x, y, z, distance "
+                    "(from the camera), distance:X,Y,Z, normal, morton, spacing, views "
+                    "and surveyed (of a level), or a channel of the cloud (NAME or NAME:COMPONENT)")
                  ->type_name("QUANTITY")
                  ->group(kLook);
   AddChoice(app, "--color-map", &options->color_map, ColorMapNames(),

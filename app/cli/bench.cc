@@ -15,11 +15,11 @@
 #include "app/cli/progress.h"
 #include "app/cli/source.h"
 #include "app/cli/table.h"
-#include "app/project/progress_range.h"
 #include "cuda/renderers.h"
 #include "datasets_synthetic/peer_scenes.h"
 #include "metaball/cpu_renderer.h"
 #include "metaball/error.h"
+#include "metaball/progress_range.h"
 
 namespace sherd::cli {
 namespace {

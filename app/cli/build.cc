@@ -20,7 +20,8 @@ struct Options {
   std::string reduction = std::string(ReductionName(LevelOptions{}.reduction));
   std::vector<std::uint64_t> levels;
   std::optional<double> radius_factor, threshold, photos_per_metaball;
-  bool nested = false, keep_outliers = false, keep_noise = false, fresh = false, json = false;
+  bool nested = false, keep_outliers = false, keep_noise = false, keep_holes = false;
+  bool fresh = false, json = false;
 };
 
 // Built by this program with the same options: building it again would give the same.
@@ -29,6 +30,7 @@ bool UpToDate(const LevelEntry& level, const LevelOptions& options) {
          level.options.nested == options.nested &&
          level.options.remove_outliers == options.remove_outliers &&
          level.options.smooth_noise == options.smooth_noise &&
+         level.options.close_holes == options.close_holes &&
          level.options.radius_factor == options.radius_factor &&
          level.options.threshold == options.threshold &&
          level.options.max_photos_per_metaball == options.max_photos_per_metaball &&
@@ -43,6 +45,7 @@ int RunBuild(const Options& options, const Environment& environment) {
   level_options.nested = options.nested;
   level_options.remove_outliers = !options.keep_outliers;
   level_options.smooth_noise = !options.keep_noise;
+  level_options.close_holes = !options.keep_holes;
   level_options.radius_factor = ValueOf("radius-factor", options.radius_factor);
   level_options.threshold = options.threshold.value_or(0.0);
   level_options.max_photos_per_metaball =
@@ -68,10 +71,8 @@ int RunBuild(const Options& options, const Environment& environment) {
   }
   const double seconds = watch.Seconds();
 
-  std::uint64_t most = 0;
   for (const std::uint64_t target : targets) {
     const LevelEntry& level = project.FindLevel(FormatCount(target));
-    most = std::max(most, level.stats.source_points - level.stats.outliers);
     if (level.stats.count < target && level.stats.count + target / 100 < target) {
       Warn("level " + level.name +
            " holds every point there is: " + FormatGrouped(level.stats.count) +
@@ -130,6 +131,8 @@ void AddBuild(CLI::App* program, Action* action) {
   app->add_flag("--keep-outliers", options->keep_outliers, "do not remove stray points");
   app->add_flag("--keep-noise", options->keep_noise,
                 "take the points where they were surveyed, not smoothed");
+  app->add_flag("--keep-holes", options->keep_holes,
+                "do not close the survey's small holes (photographs that see a point are needed)");
   app->add_flag("--fresh", options->fresh, "build also levels that are there and up to date");
   app->add_flag("--json", options->json, "print the levels as JSON");
   app->footer(

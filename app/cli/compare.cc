@@ -13,11 +13,11 @@
 #include "app/cli/table.h"
 #include "app/project/format.h"
 #include "app/project/picture.h"
-#include "app/project/progress_range.h"
 #include "app/project/render_picture.h"
 #include "app/report/sheet.h"
 #include "metaball/appearance/pseudo_color.h"
 #include "metaball/error.h"
+#include "metaball/progress_range.h"
 #include "metaball/stopwatch.h"
 
 namespace sherd::cli {

@@ -8,8 +8,8 @@
 #include "app/cli/table.h"
 #include "app/project/colmap_run.h"
 #include "app/project/format.h"
-#include "app/project/progress_range.h"
 #include "app/project/project.h"
+#include "metaball/progress_range.h"
 
 namespace sherd::cli {
 namespace {

@@ -10,11 +10,11 @@
 #include "app/cli/source.h"
 #include "app/project/format.h"
 #include "app/project/picture.h"
-#include "app/project/progress_range.h"
 #include "app/project/render_picture.h"
 #include "app/report/legend_picture.h"
 #include "metaball/atomic_file.h"
 #include "metaball/error.h"
+#include "metaball/progress_range.h"
 #include "reconstruction/mesh_import.h"
 
 namespace sherd::cli {

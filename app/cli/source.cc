@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "app/project/format.h"
-#include "app/project/progress_range.h"
 #include "metaball/error.h"
 #include "metaball/metaball_file.h"
+#include "metaball/progress_range.h"
 #include "metaball/thesis_file.h"
 #include "reconstruction/level.h"
 #include "reconstruction/mesh_import.h"

@@ -34,6 +34,7 @@ Json ToJson(const LevelEntry& level) {
           {"source_points", s.source_points},
           {"outliers_removed", s.outliers},
           {"noise_smoothed", level.options.smooth_noise},
+          {"closing_points", s.closing_points},
           {"spacing", s.spacing},
           {"radius_min", s.radius_min},
           {"radius_median", s.radius_median},
@@ -117,13 +118,14 @@ std::string DescribeImport(const Project& project) {
 std::string DescribeLevels(const Project& project) {
   if (project.levels().empty()) return "";
   const std::optional<double>& scale = project.metres_per_unit();
-  std::vector<std::vector<std::string>> rows = {{"level", "metaballs", "noise", "spacing", "radius",
-                                                 "threshold", "gaps likely", "error, mean", "95 %",
-                                                 "largest", "memory", "built in"}};
+  std::vector<std::vector<std::string>> rows = {
+      {"level", "metaballs", "noise", "points added", "spacing", "radius", "threshold",
+       "gaps likely", "error, mean", "95 %", "largest", "memory", "built in"}};
   for (const LevelEntry& level : project.levels()) {
     const LevelStats& s = level.stats;
     const auto error = [&](double v) { return s.HasErrors() ? FormatLength(v, scale) : "-"; };
     rows.push_back({level.name, FormatGrouped(s.count), NoiseName(level),
+                    level.options.close_holes ? FormatGrouped(s.closing_points) : "-",
                     FormatLength(s.spacing, scale), FormatLength(s.radius_median, scale),
                     FormatNumber(s.threshold), FormatShare(s.open_share), error(s.error_mean),
                     error(s.error_p95), error(s.error_max), FormatBytes(s.cloud_bytes),

@@ -10,10 +10,10 @@
 
 #include "app/desktop/overlay.h"
 #include "app/project/format.h"
-#include "app/project/progress_range.h"
 #include "app/report/sheet.h"
 #include "metaball/color.h"
 #include "metaball/error.h"
+#include "metaball/progress_range.h"
 
 namespace sherd {
 namespace {

@@ -1,6 +1,5 @@
 #include "app/desktop/import_dialog.h"
 
-#include <QCheckBox>
 #include <QComboBox>
 #include <QDialogButtonBox>
 #include <QDir>
@@ -19,6 +18,7 @@
 
 #include "app/desktop/document.h"
 #include "app/desktop/formatting.h"
+#include "app/desktop/level_switches.h"
 #include "app/desktop/theme.h"
 #include "metaball/error.h"
 #include "reconstruction/mesh_import.h"
@@ -47,22 +47,6 @@ QWidget* withBrowse(QLineEdit* edit, QWidget* parent, const std::function<QStrin
     if (!answer.isEmpty()) edit->setText(answer);
   });
   return row;
-}
-
-QCheckBox* makeSmoothNoise(QWidget* parent) {
-  auto* box = new QCheckBox(ImportDialog::tr("&Smooth the points' noise"), parent);
-  box->setObjectName(QStringLiteral("smoothNoise"));
-  box->setChecked(LevelOptions{}.smooth_noise);
-  box->setToolTip(
-      ImportDialog::tr("Before levels are made every point moves onto the surface its surroundings "
-                       "stand for, or else is taken where it was surveyed"));
-  return box;
-}
-
-LevelOptions optionsWith(const QCheckBox& smooth_noise) {
-  LevelOptions options;
-  options.smooth_noise = smooth_noise.isChecked();
-  return options;
 }
 
 }  // namespace
@@ -142,8 +126,8 @@ ImportDialog::ImportDialog(const Workspace& workspace, QWidget* parent)
   levels_->setObjectName(QStringLiteral("levels"));
   levels_->setToolTip(tr("How many metaballs each density level has, e.g. 63k, 126k, 0.5M"));
   form->addRow(tr("&Levels"), levels_);
-  smooth_noise_ = makeSmoothNoise(this);
-  form->addRow(QString(), smooth_noise_);
+  switches_ = new LevelSwitches(this);
+  form->addRow(QString(), switches_);
 
   most_ = new QLineEdit(this);
   most_->setObjectName(QStringLiteral("most"));
@@ -314,7 +298,7 @@ ImportPlan ImportDialog::plan() const {
   if (!path.endsWith(QLatin1String(".sherd"), Qt::CaseInsensitive)) path += QLatin1String(".sherd");
   plan.project_path = path.toStdString();
   plan.levels = ParseLevels(levels_->text());
-  plan.level_options = optionsWith(*smooth_noise_);
+  plan.level_options = switches_->options();
   return plan;
 }
 
@@ -341,13 +325,13 @@ LevelsDialog::LevelsDialog(const Project& project, QWidget* parent) : QDialog(pa
   }
   levels_->setText(formatLevels(wanted));
   levels_->setPlaceholderText(tr("e.g. 63k, 126k, 1M"));
-  smooth_noise_ = makeSmoothNoise(this);
+  switches_ = new LevelSwitches(this);
   auto* buttons = new QDialogButtonBox(QDialogButtonBox::Cancel, this);
   QPushButton* build = buttons->addButton(tr("&Build"), QDialogButtonBox::AcceptRole);
   auto* layout = new QVBoxLayout(this);
   layout->addWidget(text);
   layout->addWidget(levels_);
-  layout->addWidget(smooth_noise_);
+  layout->addWidget(switches_);
   layout->addWidget(buttons);
   const auto check = [this, build] {
     try {
@@ -366,6 +350,6 @@ LevelsDialog::LevelsDialog(const Project& project, QWidget* parent) : QDialog(pa
 
 std::vector<std::uint64_t> LevelsDialog::levels() const { return ParseLevels(levels_->text()); }
 
-LevelOptions LevelsDialog::options() const { return optionsWith(*smooth_noise_); }
+LevelOptions LevelsDialog::options() const { return switches_->options(); }
 
 }  // namespace sherd

@@ -9,7 +9,6 @@
 #include "app/project/project.h"
 #include "reconstruction/workspace.h"
 
-class QCheckBox;
 class QComboBox;
 class QDoubleSpinBox;
 class QLabel;
@@ -18,6 +17,8 @@ class QPushButton;
 class QRadioButton;
 
 namespace sherd {
+
+class LevelSwitches;
 
 struct ImportPlan {
   ImportOptions options;
@@ -54,7 +55,7 @@ class ImportDialog : public QDialog {
   QRadioButton* sparse_;
   QLineEdit* photos_;
   QLineEdit* levels_;
-  QCheckBox* smooth_noise_;
+  LevelSwitches* switches_;
   QLineEdit* scale_;
   QLineEdit* most_;
   QLineEdit* project_;
@@ -73,7 +74,7 @@ class LevelsDialog : public QDialog {
 
  private:
   QLineEdit* levels_;
-  QCheckBox* smooth_noise_;
+  LevelSwitches* switches_;
 };
 
 }  // namespace sherd

@@ -24,7 +24,7 @@
 #include "app/desktop/side_panels.h"
 #include "app/desktop/theme.h"
 #include "app/desktop/welcome_page.h"
-#include "app/project/progress_range.h"
+#include "metaball/progress_range.h"
 #include "reconstruction/mesh_import.h"
 
 namespace sherd {
@@ -281,6 +281,10 @@ void MainWindow::showImportSummary() {
     if (level.stats.HasErrors()) {
       line += tr(", %1 from the points in the mean")
                   .arg(formatLength(level.stats.error_mean, document_->metres_per_unit()));
+    }
+    if (level.stats.closing_points > 0) {
+      line += tr("; %1 points were added to close holes")
+                  .arg(formatInteger(level.stats.closing_points));
     }
     if (level.stats.open_share > 0) {
       line += tr("; holes possible around %1 of them").arg(formatShare(level.stats.open_share));

@@ -301,8 +301,15 @@ void ViewPane::showFigures() {
   }
   const auto length = [&](double value) { return value > 0 ? formatLength(value, scale) : none; };
   const double factor = radius_ ? radius_->value() : 1.0;
-  fields.append({tr("Metaballs"), stats ? formatInteger(stats->count) : none,
-                 stats ? tr("of %1 points").arg(formatInteger(stats->source_points)) : QString()});
+  QString count_help;
+  if (stats) {
+    count_help = tr("of %1 points").arg(formatInteger(stats->source_points));
+    if (stats->closing_points > 0) {
+      count_help +=
+          tr(" and %1 that were added to close holes").arg(formatInteger(stats->closing_points));
+    }
+  }
+  fields.append({tr("Metaballs"), stats ? formatInteger(stats->count) : none, count_help});
   fields.append({tr("Noise"), noise, noise_help});
   fields.append({tr("Spacing"), stats ? length(stats->spacing) : none,
                  tr("Median distance between neighbouring metaballs")});

@@ -10,10 +10,10 @@
 #include <regex>
 
 #include "app/project/child_process.h"
-#include "app/project/progress_range.h"
 #include "app/project/project_lock.h"
 #include "metaball/atomic_file.h"
 #include "metaball/error.h"
+#include "metaball/progress_range.h"
 #include "metaball/stopwatch.h"
 #include "reconstruction/folder_scan.h"
 

@@ -4,11 +4,11 @@
 #include <filesystem>
 #include <vector>
 
-#include "app/project/progress_range.h"
 #include "app/project/project.h"
 #include "app/project/project_files.h"
 #include "app/project/project_lock.h"
 #include "app/project/survey_file.h"
+#include "metaball/progress_range.h"
 
 namespace sherd {
 

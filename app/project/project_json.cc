@@ -125,6 +125,7 @@ Json FromLevel(const LevelEntry& level) {
             {"nested", o.nested},
             {"remove_outliers", o.remove_outliers},
             {"smooth_noise", o.smooth_noise},
+            {"close_holes", o.close_holes},
             {"radius_factor", o.radius_factor},
             {"threshold", o.threshold},
             {"photos_per_metaball", o.max_photos_per_metaball},
@@ -132,6 +133,7 @@ Json FromLevel(const LevelEntry& level) {
           {"stats",
            {{"source_points", s.source_points},
             {"outliers", s.outliers},
+            {"closing_points", s.closing_points},
             {"target_count", s.target_count},
             {"count", s.count},
             {"spacing", s.spacing},
@@ -168,13 +170,15 @@ LevelEntry ToLevel(const Reader& in, std::uint64_t version) {
   } else {
     level.options.reduction = Reduction::kVoxel;
   }
-  // Files from before there was a choice have neither, and took the points as they were.
+  // Files from before there was a choice do not say, and took the points as they were.
   level.options.smooth_noise = options.Has("smooth_noise") && options.Bool("smooth_noise");
+  level.options.close_holes = options.Has("close_holes") && options.Bool("close_holes");
   if (options.Has("photo_colors")) level.options.photo_colors = options.Bool("photo_colors");
   const Reader stats = in.Object("stats");
   LevelStats& s = level.stats;
   s.source_points = stats.Count("source_points");
   s.outliers = stats.Count("outliers");
+  if (stats.Has("closing_points")) s.closing_points = stats.Count("closing_points");
   s.target_count = stats.Count("target_count");
   s.count = stats.Count("count");
   s.spacing = stats.Number("spacing");

@@ -5,13 +5,13 @@
 #include <set>
 
 #include "app/project/preset_axes.h"
-#include "app/project/progress_range.h"
 #include "app/project/project.h"
 #include "app/project/project_files.h"
 #include "app/project/project_json.h"
 #include "app/project/project_lock.h"
 #include "app/project/survey_file.h"
 #include "metaball/error.h"
+#include "metaball/progress_range.h"
 #include "metaball/stopwatch.h"
 #include "reconstruction/photo_colors.h"
 #include "reconstruction/similarity.h"
@@ -183,12 +183,7 @@ void BuildLevels(Project* project, const std::vector<std::uint64_t>& targets,
 
   control.Report("reading the survey", 0);
   const auto survey = project->LoadSurveyFromCache(PartOf(control, 0, 0.05));
-  PreparedPoints points =
-      PreparePoints(*survey, options.remove_outliers, PartOf(control, 0.05, 0.3));
-  if (options.smooth_noise) {
-    SmoothNoise(options.remove_outliers, &points, PartOf(control, 0.3, 0.4));
-  }
-  if (options.nested) OrderPoints(options.reduction, &points, PartOf(control, 0.4, 0.4));
+  const PreparedPoints points = PrepareForLevels(*survey, options, PartOf(control, 0.05, 0.4));
   for (std::size_t i = 0; i < targets.size(); ++i) {
     control.ThrowIfStopped();
     const double share = 0.6 / static_cast<double>(targets.size());

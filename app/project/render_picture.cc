@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "app/project/progress_range.h"
 #include "cuda/renderers.h"
 #include "metaball/appearance/deferred.h"
 #include "metaball/error.h"
+#include "metaball/progress_range.h"
 #include "metaball/supersample.h"
 
 namespace sherd {

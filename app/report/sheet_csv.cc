@@ -38,6 +38,7 @@ Row RowOf(const SheetPanel& panel, const std::optional<double>& metres_per_unit)
   count("target", level.target_count);
   count("source_points", level.source_points);
   count("outliers_removed", level.outliers);
+  count("closing_points", level.closing_points);
   number("spacing", level.spacing);
   number("radius_min", level.radius_min * panel.radius_scale);
   number("radius_median", level.radius_median * panel.radius_scale);

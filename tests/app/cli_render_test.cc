@@ -359,5 +359,40 @@ TEST_F(CliRender, PhotographCameraTakesPoseAndIntrinsics) {
   EXPECT_EQ(stats["level"], "4k");
 }
 
+TEST_F(CliRender, WhatWasNotSurveyedIsClosedCountedAndShown) {
+  testing::WriteWorkspace(folder_ + "/ws", 4900, false, 0.12);
+  const std::string project = "'" + folder_ + "/p.sherd'";
+  ASSERT_EQ(RunSherd("import '" + folder_ + "/ws' --project " + project).code, 0);
+  ASSERT_EQ(RunSherd("build " + project + " --levels 4k").code, 0);
+  const auto closing_points = [&] {
+    return json::parse(RunSherd("info --json " + project).out)["levels"][0]["closing_points"]
+        .get<int>();
+  };
+  const std::string from_above =
+      "--eye 0,0,4 --look-at 0,0,0 --up 0,1,0 --ortho-width 1.8 --size 90x90 --unlit "
+      "--background 1,0,0 --color-by surveyed --color-map grey --color-range 0,1";
+  EXPECT_GT(closing_points(), 10);
+  ASSERT_EQ(Render(from_above, "p.sherd").code, 0);
+  Image image = Picture();
+  const auto is_grey = [&](int x, int y) {
+    return std::abs(image.At(x, y, 0) - image.At(x, y, 1)) < 0.01f;
+  };
+  EXPECT_TRUE(is_grey(45, 45));
+  EXPECT_LT(image.At(45, 45, 0), 0.15f);
+  EXPECT_GT(image.At(15, 45, 0), 0.9f);
+  EXPECT_GT(image.At(15, 45, 1), 0.9f);
+  EXPECT_THAT(RunSherd("build " + project + " --levels 4k").out, HasSubstr("was up to date"));
+
+  // Kept open where that is asked for: the background shows, and what is there was surveyed.
+  const RunResult kept = RunSherd("build " + project + " --levels 4k --keep-holes");
+  ASSERT_EQ(kept.code, 0) << kept.err;
+  EXPECT_THAT(kept.out, ::testing::Not(HasSubstr("was up to date")));
+  EXPECT_EQ(closing_points(), 0);
+  ASSERT_EQ(Render(from_above, "p.sherd").code, 0);
+  image = Picture();
+  EXPECT_FALSE(is_grey(45, 45));
+  EXPECT_GT(image.At(15, 45, 1), 0.9f);
+}
+
 }  // namespace
 }  // namespace sherd

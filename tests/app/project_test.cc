@@ -296,6 +296,8 @@ TEST_F(ProjectTest, KeepsHowALevelWasReducedAndItsErrors) {
   EXPECT_EQ(read.options.reduction, Reduction::kAdaptive);
   EXPECT_TRUE(read.options.nested);
   EXPECT_TRUE(read.options.smooth_noise);
+  EXPECT_TRUE(read.options.close_holes);
+  EXPECT_EQ(read.stats.closing_points, built.stats.closing_points);
   EXPECT_TRUE(read.stats.HasErrors());
   EXPECT_GT(read.stats.error_mean, 0);
   EXPECT_GE(read.stats.error_p95, read.stats.error_mean);
@@ -309,8 +311,9 @@ TEST_F(ProjectTest, OpensProjectsOfVersion1) {
   Project project = Import();
   BuildLevels(&project, {500}, {});
   std::string text = testing::ReadText(path_);
-  for (const char* key : {"\"reduction\"", "\"nested\"", "\"smooth_noise\"", "\"error_mean\"",
-                          "\"error_p95\"", "\"error_max\""}) {
+  for (const char* key :
+       {"\"reduction\"", "\"nested\"", "\"smooth_noise\"", "\"close_holes\"", "\"closing_points\"",
+        "\"error_mean\"", "\"error_p95\"", "\"error_max\""}) {
     const std::size_t at = text.find(key);
     ASSERT_NE(at, std::string::npos) << key;
     text.erase(at, text.find('\n', at) + 1 - at);
@@ -324,6 +327,8 @@ TEST_F(ProjectTest, OpensProjectsOfVersion1) {
   EXPECT_EQ(old.levels()[0].options.reduction, Reduction::kVoxel);
   EXPECT_FALSE(old.levels()[0].options.nested);
   EXPECT_FALSE(old.levels()[0].options.smooth_noise);
+  EXPECT_FALSE(old.levels()[0].options.close_holes);
+  EXPECT_EQ(old.levels()[0].stats.closing_points, 0u);
   EXPECT_EQ(old.levels()[0].stats.count, 500u);
 }
 

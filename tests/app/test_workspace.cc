@@ -149,13 +149,14 @@ std::vector<Photograph> WavyPhotographs() {
   return photographs;
 }
 
-void WriteWorkspace(const std::string& folder, int points, bool with_images) {
+void WriteWorkspace(const std::string& folder, int points, bool with_images, double hole) {
   const fs::path model = fs::path(folder) / "sparse" / "0";
   fs::create_directories(model);
   std::ostringstream cameras, images, points3d;
   cameras << "1 PINHOLE " << kPhotoWidth << ' ' << kPhotoHeight << ' ' << kFocal << ' ' << kFocal
           << ' ' << kPhotoWidth / 2 << ' ' << kPhotoHeight / 2 << '\n';
-  const std::vector<Vec3d> cloud = WavyPoints(points);
+  std::vector<Vec3d> cloud = WavyPoints(points);
+  std::erase_if(cloud, [&](const Vec3d& p) { return std::hypot(p.x, p.y) < hole; });
   images.precision(17);
   for (const Photograph& photograph : WavyPhotographs()) {
     const Rigid3d& pose = photograph.cam_from_world;

@@ -29,8 +29,10 @@ Rgb8 WavyColor(const Vec3d& p);
 std::vector<Photograph> WavyPhotographs();
 Camera WavyCamera(int photograph);
 
-// sparse/0 as text; images/ with every photograph where `with_images`.
-void WriteWorkspace(const std::string& folder, int points, bool with_images = true);
+// sparse/0 as text; images/ with every photograph where `with_images`; no points within `hole` of
+// the middle.
+void WriteWorkspace(const std::string& folder, int points, bool with_images = true,
+                    double hole = 0);
 // x y z, radius and colour, ascii.
 void WritePly(const std::string& path, int points);
 

@@ -40,7 +40,7 @@ struct Options {
   std::uint32_t every = 5;
   int side = 1024, memory_mb = 1024;
   std::optional<double> dense_offset;
-  bool keep_noise = false;
+  bool keep_noise = false, keep_holes = false;
 };
 
 struct HeldOut {
@@ -146,18 +146,21 @@ int Run(int argc, char** argv) {
   app.add_option("--dense-offset", options.dense_offset,
                  "instead of the survey's offset of dense points, pixels");
   app.add_flag("--keep-noise", options.keep_noise, "points as they were surveyed");
+  app.add_flag("--keep-holes", options.keep_holes, "holes of the survey are not closed");
   app.add_option("--json", options.json, "write the figures here");
   app.add_option("--pictures", options.pictures, "folder for the compared pictures");
   CLI11_PARSE(app, argc, argv);
 
   Survey survey = LoadSurvey(InspectWorkspace(options.workspace), {});
   if (options.dense_offset) survey.dense_pixel_offset = *options.dense_offset;
-  PreparedPoints points = PreparePoints(survey, true);
-  if (!options.keep_noise) SmoothNoise(true, &points);
   LevelOptions full;
-  full.target_count = points.points.size();
+  full.smooth_noise = !options.keep_noise;
+  full.close_holes = false;
   full.radius_factor = 1.8;  // so that what is compared does not follow the levels' default
+  PreparedPoints points = PrepareForLevels(survey, full);
+  full.target_count = points.points.size();
   const Level reference_level = BuildLevel(points, survey, full);
+  if (!options.keep_holes) CloseHoles(survey, &points);
 
   Survey plain;  // a photograph shows itself where its camera says, whatever the points' offset
   plain.cameras = survey.cameras;

@@ -72,7 +72,7 @@ TEST(SeenThrough, NoiseThatMostPhotographsLookPastGoesAndTheSurfaceStays) {
   for (const Case& expected : {Case{12, 0.97, 1.0}, Case{4, 0.9, 1.0}, Case{1, 0.0, 0.0}}) {
     const Corner c(expected.listed_by_every);
     std::vector<char> stray(c.points.size(), 0);
-    FindSeenThrough(c.survey, c.points, c.spacing, &stray);
+    FindSeenThrough(c.survey, c.points, stray, c.points, c.spacing, &stray);
     std::size_t noise = 0, found = 0, wrong = 0;
     for (std::size_t i = 0; i < stray.size(); ++i) {
       noise += c.is_noise[i];
@@ -92,7 +92,7 @@ TEST(SeenThrough, WithoutListsNothingIsMarked) {
   std::vector<char> stray(c.points.size(), 0);
   c.points.photo_begin.clear();
   c.points.photo_idx.clear();
-  FindSeenThrough(c.survey, c.points, c.spacing, &stray);
+  FindSeenThrough(c.survey, c.points, stray, c.points, c.spacing, &stray);
   EXPECT_EQ(std::count(stray.begin(), stray.end(), 1), 0);
 }
 

@@ -89,6 +89,11 @@ void WindowTest::keepsTheNoiseWhereAsked() {
   QVERIFY(import->plan().level_options.smooth_noise);
   smooth->click();
   QVERIFY(!import->plan().level_options.smooth_noise);
+  auto* close = import->findChild<QCheckBox*>(QStringLiteral("closeHoles"));
+  QVERIFY(close->isChecked());
+  QVERIFY(import->plan().level_options.close_holes);
+  close->click();
+  QVERIFY(!import->plan().level_options.close_holes);
   const QString path = dir_.filePath(QStringLiteral("noise.sherd"));
   import->findChild<QLineEdit*>(QStringLiteral("project"))->setText(path);
   import->findChild<QLineEdit*>(QStringLiteral("levels"))->setText(QStringLiteral("1k, 3k"));
@@ -103,7 +108,10 @@ void WindowTest::keepsTheNoiseWhereAsked() {
   settle();
   for (int i = 0; i < 2; ++i) QCOMPARE(noiseOf(pane(i)), QStringLiteral("kept"));
   const Project kept = Project::Open(path.toStdString());
-  for (const LevelEntry& level : kept.levels()) QVERIFY(!level.options.smooth_noise);
+  for (const LevelEntry& level : kept.levels()) {
+    QVERIFY(!level.options.smooth_noise);
+    QVERIFY(!level.options.close_holes);
+  }
   const auto rough = kept.LoadLevel("1k");
 
   // One of them again, by the other dialog, as it proposes: then they differ.
