@@ -214,8 +214,13 @@ void DrawCaption(const SheetLayout& s, const SheetPanel& panel, const SheetOptio
   const double u = s.unit;
   const double used =
       canvas->Text(x, top + 32 * u, panel.title, 26 * u, true, kText, 0.6 * s.panel_width);
-  const std::string count =
+  std::string count =
       FormatGrouped(panel.level.count) + (panel.level.count == 1 ? " metaball" : " metaballs");
+  const std::uint64_t added = panel.level.closing_points;
+  if (added > 0) {
+    count +=
+        "; " + FormatGrouped(added) + (added == 1 ? " point" : " points") + " added to close holes";
+  }
   canvas->Text(x + used + 12 * u, top + 32 * u, count, 16 * u, false, kQuiet,
                s.panel_width - used - 12 * u);
   const std::vector<Figure> figures = FiguresOf(panel, options);
