@@ -6,6 +6,7 @@
 
 #include "metaball/density/shapes.h"
 #include "metaball/group_merge.h"
+#include "metaball/median.h"
 #include "metaball/parallel.h"
 
 namespace sherd {
@@ -108,9 +109,7 @@ double MeasureSurfaceOffset(const Cloud& cloud, const Surface& surface, int thre
   });
   std::erase_if(offsets, [](double v) { return !std::isfinite(v); });
   if (offsets.empty()) return DistanceOfValue(density.shape, level);
-  const auto middle = offsets.begin() + static_cast<std::ptrdiff_t>(offsets.size() / 2);
-  std::nth_element(offsets.begin(), middle, offsets.end());
-  return *middle;
+  return Median(std::move(offsets));
 }
 
 }  // namespace sherd

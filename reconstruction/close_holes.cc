@@ -205,7 +205,8 @@ std::vector<Vec3d> PositionsOf(const std::vector<Candidate>& candidates) {
 // that is not near one taken already.
 std::vector<Candidate> Thinned(const std::vector<Candidate>& candidates,
                                const std::vector<float>& spacing) {
-  const NeighborSearch search(PositionsOf(candidates));
+  const std::vector<Vec3d> positions = PositionsOf(candidates);
+  const NeighborSearch search(positions);
   std::vector<char> taken_away(candidates.size(), 0);
   std::vector<Candidate> out;
   int idx[kMostBetween];
@@ -224,7 +225,8 @@ std::vector<Candidate> Thinned(const std::vector<Candidate>& candidates,
 std::vector<Candidate> WithoutLone(const std::vector<Candidate>& candidates,
                                    const std::vector<float>& spacing,
                                    const NeighborSearch& surveyed) {
-  const NeighborSearch closing(PositionsOf(candidates));
+  const std::vector<Vec3d> positions = PositionsOf(candidates);
+  const NeighborSearch closing(positions);
   std::vector<Candidate> out;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const Candidate& c = candidates[i];
@@ -245,8 +247,8 @@ void CloseHoles(const Survey& survey, PreparedPoints* prepared, const Control& c
   SurveyPoints& points = prepared->points;
   const std::size_t n = points.size();
   if (points.photo_begin.empty() || survey.photographs.empty() || n < kAround) return;
-  // PCL's points and tree; the cells of the means, these, their tree.
-  CheckMemory("closing holes between " + std::to_string(n) + " points", n * (40 + 16 + 100 / 6));
+  // The tree, the cells of the means, these and their tree.
+  CheckMemory("closing holes between " + std::to_string(n) + " points", n * (15 + 8 + 70 / 6));
   control.Report("finding holes", 0.0);
   const Means means = MeansOf(points, control);
   const NeighborSearch search(points.position), means_search(means.position);

@@ -187,7 +187,7 @@ class Collector {
       kept.push_back(static_cast<std::uint32_t>(i));
       numbers.push_back(numbers_[i]);
     }
-    points_ = Gather(points_, kept);
+    Keep(kept, &points_);
     numbers_ = std::move(numbers);
   }
 

@@ -190,6 +190,47 @@ void SplitFullest(std::uint64_t target, std::uint32_t* cells, std::vector<std::u
   }
 }
 
+struct VoxelSize {
+  double size = 0;          // 0: none gives as many voxels as are wanted
+  std::uint64_t count = 0;  // of voxels that hold points
+  double finest = 0;        // that was thought of
+};
+
+// The largest voxel that still gives at least `target` of them. The count falls roughly with the
+// square of the size (points lie on surfaces), so each step aims by that law and the bracket guards
+// it.
+VoxelSize FindVoxelSize(const std::vector<Vec3d>& positions, const Vec3d& min, double extent,
+                        std::uint64_t target, const Control& control) {
+  double fine = extent * 0x1p-48, coarse = extent * 1.0001;  // too many; one voxel
+  VoxelSize best;
+  const Box3d box = RobustBounds(positions);
+  VoxelCounter counter(positions, 4 * target + 16);
+  double voxel = std::clamp(box.Diagonal() / std::sqrt(static_cast<double>(target)), fine, coarse);
+  for (int step = 0; step < 60; ++step) {
+    const std::uint64_t count = counter.Count(Grid(min, voxel), control);
+    if (count >= target) {
+      fine = voxel;
+      if (best.count == 0 || count <= best.count) {
+        best.size = voxel;
+        best.count = count;
+      }
+      if (count - target <= target / 500) break;
+    } else {
+      coarse = voxel;
+    }
+    if (coarse / fine < 1 + 1e-7) break;
+    const double aimed =
+        voxel * std::sqrt(static_cast<double>(count) / (static_cast<double>(target) * 1.001));
+    // Away from the ends of the bracket, so that it shrinks also where the law does not hold.
+    const double ratio = std::pow(coarse / fine, 0.02);
+    voxel = aimed > fine * ratio && aimed < coarse / ratio && step % 4 != 3
+                ? aimed
+                : std::sqrt(fine * coarse);
+  }
+  best.finest = fine;
+  return best;
+}
+
 }  // namespace
 
 PointCells CellsOf(const std::vector<std::uint32_t>& cell_of, std::uint32_t cells) {
@@ -224,56 +265,24 @@ PointCells GroupPoints(const std::vector<Vec3d>& positions, std::uint64_t target
   const Vec3d size = max - min;
   const double extent = std::max({size.x, size.y, size.z});
 
-  // The largest voxel that still gives at least `target` of them. The count falls roughly with the
-  // square of the size (points lie on surfaces), so each step aims by that law and the bracket
-  // guards it.
-  double fine = extent * 0x1p-48, coarse = extent * 1.0001;  // too many; one voxel
-  double best = 0;
-  std::uint64_t best_count = 0;
-  VoxelCounter counter(positions, 4 * target + 16);
-  if (extent > 0 && std::isfinite(extent)) {
-    const Box3d box = RobustBounds(positions);
-    double voxel =
-        std::clamp(box.Diagonal() / std::sqrt(static_cast<double>(target)), fine, coarse);
-    for (int step = 0; step < 60; ++step) {
-      const std::uint64_t count = counter.Count(Grid(min, voxel), control);
-      if (count >= target) {
-        fine = voxel;
-        if (best_count == 0 || count <= best_count) {
-          best = voxel;
-          best_count = count;
-        }
-        if (count - target <= target / 500) break;
-      } else {
-        coarse = voxel;
-      }
-      if (coarse / fine < 1 + 1e-7) break;
-      const double aimed =
-          voxel * std::sqrt(static_cast<double>(count) / (static_cast<double>(target) * 1.001));
-      // Away from the ends of the bracket, so that it shrinks also where the law does not hold.
-      const double ratio = std::pow(coarse / fine, 0.02);
-      voxel = aimed > fine * ratio && aimed < coarse / ratio && step % 4 != 3
-                  ? aimed
-                  : std::sqrt(fine * coarse);
-    }
-  }
+  const VoxelSize best = extent > 0 && std::isfinite(extent)
+                             ? FindVoxelSize(positions, min, extent, target, control)
+                             : VoxelSize{};
   std::vector<std::uint32_t> cell_of;
   std::uint32_t cells;
-  if (best > 0) {
+  if (best.size > 0) {
     // Counted up to the counter's limit; the assignment has room for more.
-    cells = AssignVoxels(positions, Grid(min, best),
-                         best_count >= 4 * target ? n : best_count + best_count / 8, &cell_of);
+    cells = AssignVoxels(positions, Grid(min, best.size),
+                         best.count >= 4 * target ? n : best.count + best.count / 8, &cell_of);
   } else {
     cell_of.assign(n, 0);  // fewer distinct positions than wanted
-    cells = extent > 0 && std::isfinite(extent)
-                ? AssignVoxels(positions, Grid(min, fine), n, &cell_of)
-                : 1;
+    cells = best.finest > 0 ? AssignVoxels(positions, Grid(min, best.finest), n, &cell_of) : 1;
   }
   control.ThrowIfStopped();
   if (cells > target) MergeExcess(positions, cells - target, &cells, &cell_of);
   if (cells < target) SplitFullest(target, &cells, &cell_of);
   PointCells out = CellsOf(cell_of, cells);
-  out.voxel_size = best;
+  out.voxel_size = best.size;
   return out;
 }
 

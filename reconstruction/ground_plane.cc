@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "metaball/error.h"
+#include "metaball/median.h"
 #include "reconstruction/local_plane.h"
-#include "reconstruction/median.h"
 #include "reconstruction/neighbors.h"
 #include "reconstruction/ransac_plane.h"
 

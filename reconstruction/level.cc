@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "metaball/error.h"
+#include "metaball/median.h"
 #include "metaball/stopwatch.h"
 #include "reconstruction/downsample.h"
 #include "reconstruction/memory.h"
@@ -219,12 +220,10 @@ Level BuildLevel(const PreparedPoints& prepared, const Survey& survey, const Lev
   stats.count = level.cloud.size();
   stats.threshold = threshold;
   stats.cloud_bytes = level.cloud.MemoryBytes();
-  std::vector<double>& r = input.radius;
-  const auto middle = r.begin() + static_cast<std::ptrdiff_t>(r.size() / 2);
-  std::nth_element(r.begin(), middle, r.end());
-  stats.radius_median = *middle;
-  stats.radius_min = *std::min_element(r.begin(), r.end());
-  stats.radius_max = *std::max_element(r.begin(), r.end());
+  const auto [smallest, largest] = std::minmax_element(input.radius.begin(), input.radius.end());
+  stats.radius_min = *smallest;
+  stats.radius_max = *largest;
+  stats.radius_median = Median(std::move(input.radius));
   stats.seconds = watch.Seconds();
   control.Report("level built", 1.0);
   return level;

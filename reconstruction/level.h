@@ -108,10 +108,13 @@ struct PreparedPoints {
   }
 };
 
-// Outlier removal (PCL), local spacing from the nearest neighbours, normals where missing
-// (oriented towards the photographs that see the point). Throws InputError for a survey without
-// points, ResourceError, Cancelled.
+// Outlier removal, local spacing from the nearest neighbours, normals where missing (oriented
+// towards the photographs that see the point). Throws InputError for a survey without points,
+// ResourceError, Cancelled.
 PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers,
+                             const Control& control = {});
+// The same of points that were taken out of the survey: there is no second copy of them.
+PreparedPoints PreparePoints(SurveyPoints points, const Survey& survey, bool remove_outliers,
                              const Control& control = {});
 
 // Moves every point along its normal onto the surface that its surroundings stand for, and averages
@@ -139,9 +142,9 @@ void CloseHoles(const Survey& survey, PreparedPoints* points, const Control& con
 void OrderPoints(Reduction reduction, PreparedPoints* points, const Control& control = {});
 
 // PreparePoints and what `options` ask for of SmoothNoise, CloseHoles and OrderPoints, in this
-// order.
-PreparedPoints PrepareForLevels(const Survey& survey, const LevelOptions& options,
-                                const Control& control = {});
+// order. points: the survey's, taken out of it or copied.
+PreparedPoints PrepareForLevels(SurveyPoints points, const Survey& survey,
+                                const LevelOptions& options, const Control& control = {});
 
 // The count reached is within 1 % of the target (or all points when there are fewer).
 // Deterministic: the same points give the same level on every machine and for any number of

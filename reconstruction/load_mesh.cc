@@ -58,7 +58,7 @@ Survey LoadMesh(const Workspace& workspace, const DenseCloudFile& cloud, const L
     kept.push_back(static_cast<std::uint32_t>(i));
     largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
   }
-  if (kept.size() < n) survey.points = Gather(survey.points, kept);
+  if (kept.size() < n) Keep(kept, &survey.points);
   WarnNotFinite(cloud.path, not_finite, &survey);
   WarnOfFloats(cloud.path, largest, "export the mesh with a local origin", &survey);
   if (IsMeshWithYUp(cloud.path)) survey.up = Vec3d{0, 1, 0};

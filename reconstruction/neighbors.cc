@@ -1,16 +1,64 @@
 #include "reconstruction/neighbors.h"
 
-#include <pcl/kdtree/kdtree_flann.h>
-#include <pcl/point_cloud.h>
-#include <pcl/point_types.h>
-
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <nanoflann.hpp>
+#include <vector>
 
 #include "metaball/error.h"
 #include "reconstruction/survey.h"
 
 namespace sherd {
+namespace {
+
+constexpr std::size_t kPointsPerLeaf = 16;
+
+// What the tree asks about the points: their coordinates in a frame of their own.
+struct Points {
+  explicit Points(const std::vector<Vec3d>& world)
+      : positions(world), frame(SearchFrame::For(world)), inverse_unit(1 / frame.unit) {}
+
+  const std::vector<Vec3d>& positions;
+  SearchFrame frame;
+  double inverse_unit;
+
+  std::size_t kdtree_get_point_count() const { return positions.size(); }
+  double Local(const Vec3d& p, std::size_t axis) const {
+    const Vec3d& o = frame.origin;
+    return axis == 0   ? SearchFrame::Local(p.x, o.x, inverse_unit)
+           : axis == 1 ? SearchFrame::Local(p.y, o.y, inverse_unit)
+                       : SearchFrame::Local(p.z, o.z, inverse_unit);
+  }
+  double kdtree_get_pt(std::size_t i, std::size_t axis) const { return Local(positions[i], axis); }
+  template <class Box>
+  bool kdtree_get_bbox(Box&) const {
+    return false;  // the tree finds it
+  }
+};
+
+using Distance = nanoflann::L2_Simple_Adaptor<double, Points, double, int>;
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<Distance, Points, 3, int>;
+
+// How many points lie within a radius, without a list of them.
+class Counter {
+ public:
+  explicit Counter(double squared_radius) : squared_radius_(squared_radius) {}
+
+  bool addPoint(double, int) {
+    ++count_;
+    return true;
+  }
+  double worstDist() const { return squared_radius_; }
+  bool full() const { return true; }
+  int count() const { return count_; }
+
+ private:
+  double squared_radius_;
+  int count_ = 0;
+};
+
+}  // namespace
 
 SearchFrame SearchFrame::For(const std::vector<Vec3d>& positions) {
   SearchFrame frame;
@@ -23,69 +71,62 @@ SearchFrame SearchFrame::For(const std::vector<Vec3d>& positions) {
 }
 
 Vec3f SearchFrame::Local(const Vec3d& p) const {
-  constexpr double kFarthest = 1e4;
-  const Vec3d q = (p - origin) / unit;
-  return Vec3d{std::clamp(q.x, -kFarthest, kFarthest), std::clamp(q.y, -kFarthest, kFarthest),
-               std::clamp(q.z, -kFarthest, kFarthest)}
+  const double inverse = 1 / unit;
+  return Vec3d{Local(p.x, origin.x, inverse), Local(p.y, origin.y, inverse),
+               Local(p.z, origin.z, inverse)}
       .cast<float>();
 }
 
 struct NeighborSearch::Impl {
-  SearchFrame frame;
-  pcl::PointCloud<pcl::PointXYZ>::Ptr cloud{new pcl::PointCloud<pcl::PointXYZ>};
-  pcl::KdTreeFLANN<pcl::PointXYZ> tree{/*sorted=*/true};
+  explicit Impl(const std::vector<Vec3d>& positions)
+      : points(positions), tree(3, points, {kPointsPerLeaf}) {}
 
-  pcl::PointXYZ Local(const Vec3d& p) const {
-    const Vec3f q = frame.Local(p);
-    return {q.x, q.y, q.z};
+  Points points;
+  Tree tree;
+
+  const Vec3d& At(std::size_t i) const { return points.positions[i]; }
+
+  template <class Result>
+  void Search(const Vec3d& p, Result* result) const {
+    const double query[3] = {points.Local(p, 0), points.Local(p, 1), points.Local(p, 2)};
+    tree.findNeighbors(*result, query, {});
   }
-  // search(&indices, &squared distances) returns how many it found.
-  template <class Search>
-  int Find(const Search& search, int* idx, float* distance) const {
-    thread_local pcl::Indices indices;
-    thread_local std::vector<float> squared;
-    const int found = search(&indices, &squared);
-    for (int j = 0; j < found; ++j) {
-      const auto k = static_cast<std::size_t>(j);
-      idx[j] = indices[k];
-      distance[j] = static_cast<float>(std::sqrt(static_cast<double>(squared[k])) * frame.unit);
+  // radius: world units.
+  int Find(const Vec3d& p, int k, double radius, int* idx, float* distance) const {
+    thread_local std::vector<double> squared;
+    squared.resize(static_cast<std::size_t>(k));
+    nanoflann::KNNResultSet<double, int, int> nearest(k);
+    nearest.init(idx, squared.data());
+    squared.back() = SquareOf(radius);  // the farthest that is looked at, until k are found
+    Search(p, &nearest);
+    for (int j = 0; j < nearest.size(); ++j) {
+      distance[j] =
+          static_cast<float>(std::sqrt(squared[static_cast<std::size_t>(j)]) * points.frame.unit);
     }
-    return found;
+    return nearest.size();
   }
-  int Nearest(const pcl::PointXYZ& p, int k, int* idx, float* distance) const {
-    return Find([&](auto* i, auto* d) { return tree.nearestKSearch(p, k, *i, *d); }, idx, distance);
-  }
+  double SquareOf(double radius) const { return std::pow(radius * points.inverse_unit, 2); }
 };
 
-NeighborSearch::NeighborSearch(const std::vector<Vec3d>& positions)
-    : impl_(std::make_unique<Impl>()) {
+NeighborSearch::NeighborSearch(const std::vector<Vec3d>& positions) {
   if (positions.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
     throw Error("more than 2147483647 points cannot be searched; load a thinned cloud");
   }
-  impl_->frame = SearchFrame::For(positions);
-  impl_->cloud->reserve(positions.size());
-  for (const Vec3d& p : positions) impl_->cloud->push_back(impl_->Local(p));
-  if (!positions.empty()) impl_->tree.setInputCloud(impl_->cloud);
+  impl_ = std::make_unique<Impl>(positions);
 }
 
 NeighborSearch::~NeighborSearch() = default;
 
 int NeighborSearch::Nearest(std::size_t i, int k, int* idx, float* distance) const {
-  return impl_->Nearest((*impl_->cloud)[i], k, idx, distance);
+  return impl_->Find(impl_->At(i), k, INFINITY, idx, distance);
 }
 
 int NeighborSearch::Nearest(const Vec3d& p, int k, int* idx, float* distance) const {
-  if (impl_->cloud->empty()) return 0;
-  return impl_->Nearest(impl_->Local(p), k, idx, distance);
+  return impl_->Find(p, k, INFINITY, idx, distance);
 }
 
 int NeighborSearch::Within(std::size_t i, double radius, int k, int* idx, float* distance) const {
-  return impl_->Find(
-      [&](auto* found, auto* squared) {
-        return impl_->tree.radiusSearch((*impl_->cloud)[i], radius / impl_->frame.unit, *found,
-                                        *squared, static_cast<unsigned>(k));
-      },
-      idx, distance);
+  return impl_->Find(impl_->At(i), k, radius, idx, distance);
 }
 
 int NeighborSearch::NearestTo(const Vec3d& p) const {
@@ -95,9 +136,9 @@ int NeighborSearch::NearestTo(const Vec3d& p) const {
 }
 
 int NeighborSearch::CountWithin(std::size_t i, double radius) const {
-  thread_local pcl::Indices indices;
-  thread_local std::vector<float> squared;
-  return impl_->tree.radiusSearch((*impl_->cloud)[i], radius / impl_->frame.unit, indices, squared);
+  Counter counter(impl_->SquareOf(radius));
+  impl_->Search(impl_->At(i), &counter);
+  return counter.count();
 }
 
 }  // namespace sherd

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "metaball/median.h"
 #include "reconstruction/local_plane.h"
-#include "reconstruction/median.h"
 #include "reconstruction/parallel.h"
 #include "reconstruction/photo_lists.h"
 
@@ -42,16 +42,13 @@ void RemoveStray(const std::vector<char>& stray, PreparedPoints* prepared) {
   std::vector<std::uint32_t> kept;
   kept.reserve(stray.size());
   for (std::size_t i = 0; i < stray.size(); ++i) {
-    if (stray[i]) continue;
-    prepared->spacing[kept.size()] = prepared->spacing[i];
-    if (!prepared->shift.empty()) prepared->shift[kept.size()] = prepared->shift[i];
-    kept.push_back(static_cast<std::uint32_t>(i));
+    if (!stray[i]) kept.push_back(static_cast<std::uint32_t>(i));
   }
   if (kept.size() == stray.size()) return;
-  prepared->spacing.resize(kept.size());
-  if (!prepared->shift.empty()) prepared->shift.resize(kept.size());
+  Keep(kept, &prepared->points);
+  Keep(kept, &prepared->spacing);
+  Keep(kept, &prepared->shift);
   prepared->outliers += stray.size() - kept.size();
-  prepared->points = Gather(prepared->points, kept);
 }
 
 void FindClumps(const NeighborSearch& search, const std::vector<float>& spacing,
@@ -103,15 +100,15 @@ void FindClumps(const NeighborSearch& search, const std::vector<float>& spacing,
 void FindSparse(const NeighborSearch& search, const std::vector<Vec3d>& positions,
                 const std::vector<float>& mean, std::vector<char>* stray, const Control& control) {
   const std::size_t n = mean.size();
-  std::vector<double> logs;
+  std::vector<float> logs;
   logs.reserve(n);
   for (const float m : mean) {
     if (m > 0) logs.push_back(std::log(m));
   }
   if (logs.size() < n / 2) return;  // mostly coincident points: nothing to compare with
-  const double median = Median(logs);
-  for (double& v : logs) v = std::abs(v - median);
-  const double deviation = 1.4826 * Median(std::move(logs));
+  const float median = Median(logs);
+  for (float& v : logs) v = std::abs(v - median);
+  const double deviation = 1.4826 * static_cast<double>(Median(std::move(logs)));
   // In a cloud of even density the deviation is about 0.15; at least three times the median
   // distance is asked for.
   const double limit = std::exp(median + std::max(std::log(3.0), 4.0 * deviation));

@@ -18,7 +18,7 @@ void RemoveStray(const std::vector<char>& stray, PreparedPoints* prepared);
 // Each marks what it finds with 1 in `stray` and takes points that are marked already for gone.
 
 // By the statistic of pcl::StatisticalOutlierRemoval, the mean distance to the kOutlierNeighbors
-// nearest (PCL's k-d tree), with two changes. PCL compares with mean + c * deviation over the whole
+// nearest, with two changes. PCL compares with mean + c * deviation over the whole
 // cloud, which far strays inflate: here the logarithms are compared, by their median and median
 // deviation. And a cloud's density varies. So a point far above the cloud's median is a stray only
 // where its neighbours fill space: a coarse part of a survey still lies on a surface. And a point

@@ -1,31 +1,77 @@
 #include "reconstruction/photo_lists.h"
 
+#include <utility>
+
 namespace sherd {
 
-SurveyPoints Gather(const SurveyPoints& points, const std::vector<std::uint32_t>& order) {
-  SurveyPoints out;
-  const auto gather = [&](const auto& from, auto* to) {
-    if (from.empty()) return;
-    to->reserve(order.size());
-    for (const std::uint32_t i : order) to->push_back(from[i]);
-  };
-  gather(points.position, &out.position);
-  gather(points.color, &out.color);
-  gather(points.normal, &out.normal);
-  gather(points.error, &out.error);
-  if (!points.photo_begin.empty()) {
-    out.photo_begin.reserve(order.size() + 1);
-    out.photo_begin.push_back(0);
-    std::uint64_t total = 0;
-    for (const std::uint32_t i : order) total += points.photo_begin[i + 1] - points.photo_begin[i];
-    out.photo_idx.reserve(total);
-    for (const std::uint32_t i : order) {
-      out.photo_idx.insert(out.photo_idx.end(), points.photo_idx.begin() + points.photo_begin[i],
-                           points.photo_idx.begin() + points.photo_begin[i + 1]);
-      out.photo_begin.push_back(out.photo_idx.size());
-    }
+namespace {
+
+template <class T>
+std::vector<T> Gathered(const std::vector<T>& from, const std::vector<std::uint32_t>& order) {
+  std::vector<T> out;
+  if (from.empty()) return out;
+  out.reserve(order.size());
+  for (const std::uint32_t i : order) out.push_back(from[i]);
+  return out;
+}
+
+struct Lists {
+  std::vector<std::uint64_t> begin;
+  std::vector<std::uint32_t> idx;
+};
+
+Lists GatheredLists(const SurveyPoints& points, const std::vector<std::uint32_t>& order) {
+  Lists out;
+  if (points.photo_begin.empty()) return out;
+  out.begin.reserve(order.size() + 1);
+  out.begin.push_back(0);
+  std::uint64_t total = 0;
+  for (const std::uint32_t i : order) total += points.photo_begin[i + 1] - points.photo_begin[i];
+  out.idx.reserve(total);
+  for (const std::uint32_t i : order) {
+    const auto all = points.photo_idx.begin();
+    out.idx.insert(out.idx.end(), all + static_cast<std::ptrdiff_t>(points.photo_begin[i]),
+                   all + static_cast<std::ptrdiff_t>(points.photo_begin[i + 1]));
+    out.begin.push_back(out.idx.size());
   }
   return out;
+}
+
+}  // namespace
+
+SurveyPoints Gather(const SurveyPoints& points, const std::vector<std::uint32_t>& order) {
+  Lists lists = GatheredLists(points, order);
+  return {Gathered(points.position, order), Gathered(points.color, order),
+          Gathered(points.normal, order),   Gathered(points.error, order),
+          std::move(lists.begin),           std::move(lists.idx)};
+}
+
+void Rearrange(const std::vector<std::uint32_t>& order, SurveyPoints* points) {
+  points->position = Gathered(points->position, order);
+  points->color = Gathered(points->color, order);
+  points->normal = Gathered(points->normal, order);
+  points->error = Gathered(points->error, order);
+  Lists lists = GatheredLists(*points, order);
+  points->photo_begin = std::move(lists.begin);
+  points->photo_idx = std::move(lists.idx);
+}
+
+void Keep(const std::vector<std::uint32_t>& kept, SurveyPoints* points) {
+  Keep(kept, &points->position);
+  Keep(kept, &points->color);
+  Keep(kept, &points->normal);
+  Keep(kept, &points->error);
+  if (points->photo_begin.empty()) return;
+  std::vector<std::uint64_t>& begin = points->photo_begin;
+  std::uint64_t write = 0;
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const std::uint64_t from = begin[kept[k]], to = begin[kept[k] + 1];
+    begin[k] = write;
+    for (std::uint64_t j = from; j < to; ++j) points->photo_idx[write++] = points->photo_idx[j];
+  }
+  begin.resize(kept.size() + 1);
+  begin.back() = write;
+  points->photo_idx.resize(write);
 }
 
 void Append(const SurveyPoints& more, SurveyPoints* points) {

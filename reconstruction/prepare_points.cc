@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "metaball/error.h"
 #include "metaball/morton.h"
@@ -86,42 +87,16 @@ bool IsUsableNormal(const Vec3f& n) {
   return length > 0.1f && length < 10.0f;  // false for NaN
 }
 
-}  // namespace
-
-PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const Control& control) {
-  const std::size_t source = survey.points.size();
-  if (source == 0) {
-    throw InputError("", "", "the survey holds no points",
-                     "a sparse model with points or a fused cloud is needed");
-  }
-  if (source > UINT32_MAX) {
-    throw ResourceError("more than 4294967295 points cannot be prepared; load a thinned cloud",
-                        source, UINT32_MAX);
-  }
-  // The copy in Morton order, the keys, PCL's points and tree, the neighbour figures.
-  CheckMemory("preparing " + std::to_string(source) + " points",
-              survey.points.MemoryBytes() + source * (16 + 16 + 24 + 8 + 12));
-  control.ThrowIfStopped();
-  control.Report("sorting points", 0.0);
-  PreparedPoints out;
-  out.source_points = source;
-  {
-    const std::vector<std::uint32_t> order = MortonOrder(survey.points.position);
-    out.outliers = source - order.size();  // not finite
-    out.points = Gather(survey.points, order);
-  }
-  const std::size_t n = out.points.size();
-  if (n == 0) throw InputError("", "", "the survey holds no point with finite coordinates");
-  control.ThrowIfStopped();
-  control.Report("building the search tree", 0.05);
-  const NeighborSearch search(out.points.position);
-  control.ThrowIfStopped();
-
-  out.spacing.assign(n, 0.0f);
+// Spacings, and normals where the survey has none; returns the mean distance of each point's
+// neighbours.
+std::vector<float> MeasureNeighbors(const Survey& survey, const NeighborSearch& search,
+                                    PreparedPoints* out, const Control& control) {
+  const std::size_t n = out->points.size();
+  out->spacing.assign(n, 0.0f);
   std::vector<float> mean(n, 0.0f);
-  const bool own_normals = out.points.normal.size() == n;
-  if (!own_normals) out.points.normal.assign(n, Vec3f{});
-  const Viewers viewers(survey, out.points);
+  const bool own_normals = out->points.normal.size() == n;
+  if (!own_normals) out->points.normal.assign(n, Vec3f{});
+  const Viewers viewers(survey, out->points);
   ParallelBlocks(
       n, kBlock,
       [&](std::size_t begin, std::size_t end) {
@@ -134,34 +109,78 @@ PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const C
           if (count > 1) mean[i] = static_cast<float>(sum / (count - 1));
           const int k = std::min(kSpacingNeighbors, count - 1);
           if (k > 0) {
-            out.spacing[i] = static_cast<float>(distance[k] * std::sqrt(std::numbers::pi / k));
+            out->spacing[i] = static_cast<float>(distance[k] * std::sqrt(std::numbers::pi / k));
           }
-          Vec3f& normal = out.points.normal[i];
+          Vec3f& normal = out->points.normal[i];
           if (own_normals && IsUsableNormal(normal)) {
             normal = Normalized(normal);
           } else {
-            const Vec3d least = FitPlane(out.points.position, idx, count).normal;
+            const Vec3d least = FitPlane(out->points.position, idx, count).normal;
             const Vec3d towards = viewers.DirectionAt(i);
             normal = (Dot(least, towards) < 0 ? -least : least).cast<float>();
           }
         }
       },
       control, "measuring the spacing", 0.1, 0.7);
+  return mean;
+}
 
-  if (remove_outliers && n > 4 * kNeighbors) {
-    std::vector<char> stray(n, 0);
-    FindSparse(search, out.points.position, mean, &stray, control);
-    FindSeenThrough(survey, out.points, stray, out.points, out.spacing, &stray, control);
-    FindClumps(search, out.spacing, &stray, control);
-    RemoveStray(stray, &out);
+}  // namespace
+
+PreparedPoints PreparePoints(const Survey& survey, bool remove_outliers, const Control& control) {
+  CheckMemory("copying the survey's points", survey.points.MemoryBytes());
+  return PreparePoints(survey.points, survey, remove_outliers, control);
+}
+
+PreparedPoints PreparePoints(SurveyPoints points, const Survey& survey, bool remove_outliers,
+                             const Control& control) {
+  const std::size_t source = points.size();
+  if (source == 0) {
+    throw InputError("", "", "the survey holds no points",
+                     "a sparse model with points or a fused cloud is needed");
   }
+  if (source > UINT32_MAX) {
+    throw ResourceError("more than 4294967295 points cannot be prepared; load a thinned cloud",
+                        source, UINT32_MAX);
+  }
+  // The order and a copy of one array; the tree, the neighbour figures.
+  CheckMemory("preparing " + std::to_string(source) + " points",
+              std::max<std::size_t>(source * (15 + 4 + 24), points.photo_idx.size() * 4));
+  control.ThrowIfStopped();
+  control.Report("sorting points", 0.0);
+  PreparedPoints out;
+  out.source_points = source;
+  {
+    const std::vector<std::uint32_t> order = MortonOrder(points.position);
+    out.outliers = source - order.size();  // not finite
+    Rearrange(order, &points);
+    out.points = std::move(points);
+  }
+  const std::size_t n = out.points.size();
+  if (n == 0) throw InputError("", "", "the survey holds no point with finite coordinates");
+  control.ThrowIfStopped();
+  control.Report("building the search tree", 0.05);
+  std::vector<char> stray;
+  {
+    const NeighborSearch search(out.points.position);
+    control.ThrowIfStopped();
+    const std::vector<float> mean = MeasureNeighbors(survey, search, &out, control);
+    if (remove_outliers && n > 4 * kNeighbors) {
+      stray.assign(n, 0);
+      FindSparse(search, out.points.position, mean, &stray, control);
+      FindSeenThrough(survey, out.points, stray, out.points, out.spacing, &stray, control);
+      FindClumps(search, out.spacing, &stray, control);
+    }
+  }
+  if (!stray.empty()) RemoveStray(stray, &out);
   control.Report("points prepared", 1.0);
   return out;
 }
 
-PreparedPoints PrepareForLevels(const Survey& survey, const LevelOptions& options,
-                                const Control& control) {
-  PreparedPoints points = PreparePoints(survey, options.remove_outliers, PartOf(control, 0, 0.6));
+PreparedPoints PrepareForLevels(SurveyPoints source, const Survey& survey,
+                                const LevelOptions& options, const Control& control) {
+  PreparedPoints points =
+      PreparePoints(std::move(source), survey, options.remove_outliers, PartOf(control, 0, 0.6));
   if (options.smooth_noise) {
     SmoothNoise(options.remove_outliers, &points, PartOf(control, 0.6, 0.85));
   }

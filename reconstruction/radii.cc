@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "metaball/error.h"
+#include "metaball/median.h"
 #include "reconstruction/level.h"
-#include "reconstruction/median.h"
 #include "reconstruction/neighbors.h"
 #include "reconstruction/parallel.h"
 

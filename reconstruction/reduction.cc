@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "metaball/error.h"
-#include "reconstruction/median.h"
+#include "metaball/median.h"
 #include "reconstruction/neighbors.h"
 #include "reconstruction/parallel.h"
 #include "reconstruction/sample_elimination.h"
@@ -21,10 +21,10 @@ constexpr int kBendNeighbors = 16;
 // What elimination chooses from: one for each cell, or each point where there are no cells.
 struct Candidates {
   Samples samples;
-  std::vector<Vec3f> normal;
+  std::vector<Vec3f> normal;  // where the reduction asks for them
 };
 
-Candidates CandidatesOf(const PreparedPoints& prepared, const PointCells* cells) {
+Candidates CandidatesOf(const PreparedPoints& prepared, const PointCells* cells, bool normals) {
   const SurveyPoints& points = prepared.points;
   // A lone point does not stand for a whole field.
   const float most = 3 * Median(prepared.spacing);
@@ -35,7 +35,7 @@ Candidates CandidatesOf(const PreparedPoints& prepared, const PointCells* cells)
   Candidates out;
   if (!cells) {
     out.samples.position = points.position;
-    out.normal = points.normal;
+    if (normals) out.normal = points.normal;
     out.samples.area.resize(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) out.samples.area[i] = area(i);
     return out;
@@ -43,7 +43,7 @@ Candidates CandidatesOf(const PreparedPoints& prepared, const PointCells* cells)
   const std::size_t n = cells->size();
   out.samples.position.resize(n);
   out.samples.area.assign(n, 0.0);
-  out.normal.resize(n);
+  if (normals) out.normal.resize(n);
   for (std::size_t c = 0; c < n; ++c) {
     const std::uint32_t first = cells->point_idx[cells->cell_begin[c]];
     const Vec3d base = points.position[first];
@@ -57,7 +57,7 @@ Candidates CandidatesOf(const PreparedPoints& prepared, const PointCells* cells)
     }
     out.samples.position[c] =
         base + offset / static_cast<double>(cells->cell_begin[c + 1] - cells->cell_begin[c]);
-    out.normal[c] = Normalized(normal, points.normal[first]);
+    if (normals) out.normal[c] = Normalized(normal, points.normal[first]);
   }
   return out;
 }
@@ -112,6 +112,14 @@ std::vector<float> StretchOf(const Candidates& candidates, const Control& contro
   return stretch;
 }
 
+Samples SamplesOf(const PreparedPoints& prepared, const PointCells* cells, Reduction reduction,
+                  const Control& control) {
+  const bool adaptive = reduction == Reduction::kAdaptive;
+  Candidates candidates = CandidatesOf(prepared, cells, adaptive);
+  if (adaptive) candidates.samples.stretch = StretchOf(candidates, control);
+  return std::move(candidates.samples);
+}
+
 // For each of `position` the nearest of `centers`.
 std::vector<std::uint32_t> NearestOf(const std::vector<Vec3d>& position,
                                      const std::vector<Vec3d>& centers, const Control& control) {
@@ -136,35 +144,45 @@ std::vector<Vec3d> PositionsOf(const std::vector<Vec3d>& position,
   return out;
 }
 
+// The cells of `grid`, which are never taken apart, joined: cell c becomes part of joined[c].
+PointCells Join(const PointCells& grid, const std::vector<std::uint32_t>& joined,
+                std::size_t cells) {
+  PointCells out;
+  out.cell_begin.assign(cells + 1, 0);
+  for (std::size_t c = 0; c < grid.size(); ++c) {
+    out.cell_begin[joined[c] + 1] += grid.cell_begin[c + 1] - grid.cell_begin[c];
+  }
+  std::partial_sum(out.cell_begin.begin(), out.cell_begin.end(), out.cell_begin.begin());
+  out.point_idx.resize(grid.point_idx.size());
+  std::vector<std::uint32_t> next(out.cell_begin.begin(), out.cell_begin.end() - 1);
+  for (std::size_t c = 0; c < grid.size(); ++c) {
+    for (std::uint32_t j = grid.cell_begin[c]; j < grid.cell_begin[c + 1]; ++j) {
+      out.point_idx[next[joined[c]]++] = grid.point_idx[j];
+    }
+  }
+  for (std::size_t k = 0; k < cells; ++k) {
+    std::sort(out.point_idx.begin() + out.cell_begin[k],
+              out.point_idx.begin() + out.cell_begin[k + 1]);
+  }
+  return out;
+}
+
 PointCells ReduceEvenly(const PreparedPoints& prepared, std::uint64_t target, Reduction reduction,
                         const Control& control) {
   const std::size_t n = prepared.points.size();
   PointCells grid;
   const bool gridded = n / kCandidates > target;
   if (gridded) grid = GroupPoints(prepared.points.position, kCandidates * target, control);
-  Candidates candidates = CandidatesOf(prepared, gridded ? &grid : nullptr);
-  if (reduction == Reduction::kAdaptive)
-    candidates.samples.stretch = StretchOf(candidates, control);
-  const std::vector<std::uint32_t> kept = EliminateSamples(candidates.samples, target, control);
-  const std::vector<std::uint32_t> nearest = NearestOf(
-      candidates.samples.position, PositionsOf(candidates.samples.position, kept), control);
-  std::vector<std::uint32_t> cell_of(n);
-  if (gridded) {
-    for (std::size_t c = 0; c < grid.size(); ++c) {
-      for (std::uint32_t j = grid.cell_begin[c]; j < grid.cell_begin[c + 1]; ++j) {
-        cell_of[grid.point_idx[j]] = nearest[c];
-      }
-    }
-  } else {
-    cell_of = nearest;
+  std::vector<std::uint32_t> joined;  // what each candidate becomes part of
+  {
+    const Samples samples = SamplesOf(prepared, gridded ? &grid : nullptr, reduction, control);
+    const std::vector<std::uint32_t> kept = EliminateSamples(samples, target, control);
+    joined = NearestOf(samples.position, PositionsOf(samples.position, kept), control);
+    // Where candidates coincide the nearest may be another: every one that stays is its own.
+    for (std::size_t k = 0; k < kept.size(); ++k) joined[kept[k]] = static_cast<std::uint32_t>(k);
   }
-  // Where candidates coincide the nearest may be another: every one that stays keeps its own.
-  for (std::size_t k = 0; k < kept.size(); ++k) {
-    const std::size_t c = kept[k];
-    const std::uint32_t own = gridded ? grid.point_idx[grid.cell_begin[c]] : kept[k];
-    cell_of[own] = static_cast<std::uint32_t>(k);
-  }
-  return CellsOf(cell_of, static_cast<std::uint32_t>(kept.size()));
+  const auto cells = static_cast<std::uint32_t>(target);
+  return gridded ? Join(grid, joined, cells) : CellsOf(joined, cells);
 }
 
 PointCells TakeFirst(const PreparedPoints& prepared, std::uint64_t target, const Control& control) {
@@ -187,10 +205,7 @@ void OrderPoints(Reduction reduction, PreparedPoints* points, const Control& con
                      "take --reduction blue-noise or adaptive for nested levels");
   }
   control.Report("ordering the points", 0.0);
-  Candidates candidates = CandidatesOf(*points, nullptr);
-  if (reduction == Reduction::kAdaptive)
-    candidates.samples.stretch = StretchOf(candidates, control);
-  points->order = EliminationOrder(candidates.samples, control);
+  points->order = EliminationOrder(SamplesOf(*points, nullptr, reduction, control), control);
   points->ordered_for = reduction;
 }
 

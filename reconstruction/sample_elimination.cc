@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "reconstruction/neighbors.h"
 #include "reconstruction/parallel.h"
@@ -64,61 +65,67 @@ class CrowdingHeap {
   std::vector<std::uint32_t> heap_, place_;
 };
 
-// Who crowds whom: neighbours of i at entries begin[i] .. begin[i + 1).
-struct Crowd {
-  std::vector<std::uint64_t> begin;
-  std::vector<std::uint32_t> neighbor;
-  std::vector<float> weight;
+// Who crowds whom. Kept as the blocks were found, as one array of all would hold it twice for a
+// moment, and without the weights, which would double it.
+class Crowds {
+ public:
+  Crowds(const Samples& samples, double d_max, double d_min, const Control& control);
+
+  std::span<const std::uint32_t> Around(std::size_t i) const {
+    const std::vector<std::uint32_t>& block = block_[i / kBlock];
+    const std::size_t end =
+        i % kBlock + 1 < kBlock && i + 1 < begin_.size() ? begin_[i + 1] : block.size();
+    return {block.data() + begin_[i], block.data() + end};
+  }
+  // By how much two samples crowd each other (Yuksel 2015, section 3), the same either way; 0 where
+  // they are too far apart. Both must find the other, so the smaller reach of the two counts.
+  float Between(std::size_t i, std::size_t j) const {
+    const double distance = Length(samples_.position[i] - samples_.position[j]);
+    const double x =
+        1 - std::max(distance / std::min(Stretch(i), Stretch(j)), d_min_) / (2 * d_max_);
+    if (!(x > 0)) return 0;
+    const double x2 = x * x, x4 = x2 * x2;
+    return static_cast<float>(x4 * x4);
+  }
+
+ private:
+  double Stretch(std::size_t i) const {
+    return samples_.stretch.empty() ? 1.0 : static_cast<double>(samples_.stretch[i]);
+  }
+
+  const Samples& samples_;
+  double d_max_, d_min_;
+  std::vector<std::vector<std::uint32_t>> block_;
+  std::vector<std::uint32_t> begin_;  // of each sample, in its block
 };
 
-Crowd FindCrowds(const Samples& samples, double d_max, double d_min, const Control& control) {
-  const std::size_t n = samples.position.size();
+Crowds::Crowds(const Samples& samples, double d_max, double d_min, const Control& control)
+    : samples_(samples),
+      d_max_(d_max),
+      d_min_(d_min),
+      block_((samples.position.size() + kBlock - 1) / kBlock),
+      begin_(samples.position.size()) {
   const NeighborSearch search(samples.position);
-  const auto stretch = [&](std::size_t i) {
-    return samples.stretch.empty() ? 1.0 : static_cast<double>(samples.stretch[i]);
-  };
   // A point on an even sheet has a few dozen; where points pile up, the nearest say enough.
   constexpr int kMost = 64;
-  const std::size_t blocks = (n + kBlock - 1) / kBlock;
-  std::vector<std::vector<std::uint32_t>> neighbor(blocks);
-  std::vector<std::vector<float>> weight(blocks);
-  std::vector<std::uint32_t> counts(n);
   ParallelBlocks(
-      n, kBlock,
+      samples.position.size(), kBlock,
       [&](std::size_t begin, std::size_t end) {
         int idx[kMost];
         float distance[kMost];
-        auto& neighbors = neighbor[begin / kBlock];
-        auto& weights = weight[begin / kBlock];
+        thread_local std::vector<std::uint32_t> around;
+        around.clear();
         for (std::size_t i = begin; i < end; ++i) {
-          const int found = search.Within(i, 2 * d_max * stretch(i), kMost, idx, distance);
+          begin_[i] = static_cast<std::uint32_t>(around.size());
+          const int found = search.Within(i, 2 * d_max * Stretch(i), kMost, idx, distance);
           for (int k = 0; k < found; ++k) {
             const auto j = static_cast<std::uint32_t>(idx[k]);
-            if (j == i) continue;
-            // Both must find the other, so the smaller reach of the two counts.
-            const double both = std::min(stretch(i), stretch(j));
-            const double x = 1 - std::max<double>(distance[k] / both, d_min) / (2 * d_max);
-            if (!(x > 0)) continue;
-            const double x2 = x * x, x4 = x2 * x2;
-            neighbors.push_back(j);
-            weights.push_back(static_cast<float>(x4 * x4));
-            ++counts[i];
+            if (j != i && Between(i, j) > 0) around.push_back(j);
           }
         }
+        block_[begin / kBlock] = {around.begin(), around.end()};  // no larger than it must be
       },
       control);
-  Crowd out;
-  out.begin.resize(n + 1, 0);
-  for (std::size_t i = 0; i < n; ++i) out.begin[i + 1] = out.begin[i] + counts[i];
-  out.neighbor.reserve(out.begin.back());
-  out.weight.reserve(out.begin.back());
-  for (std::size_t b = 0; b < blocks; ++b) {
-    out.neighbor.insert(out.neighbor.end(), neighbor[b].begin(), neighbor[b].end());
-    out.weight.insert(out.weight.end(), weight[b].begin(), weight[b].end());
-    neighbor[b] = {};
-    weight[b] = {};
-  }
-  return out;
 }
 
 // Which samples go, in that order.
@@ -133,12 +140,10 @@ std::vector<std::uint32_t> Eliminate(const Samples& samples, std::uint64_t targe
   const double wanted = static_cast<double>(std::max<std::uint64_t>(1, target));
   const double d_max = std::sqrt(area / (2 * std::sqrt(3.0) * wanted));
   const double d_min = 0.65 * d_max * (1 - std::pow(wanted / static_cast<double>(n), 1.5));
-  const Crowd crowd = FindCrowds(samples, d_max, d_min, control);
+  const Crowds crowds(samples, d_max, d_min, control);
   std::vector<float> crowding(n, 0.0f);
   for (std::size_t i = 0; i < n; ++i) {
-    for (std::uint64_t k = crowd.begin[i]; k < crowd.begin[i + 1]; ++k) {
-      crowding[i] += crowd.weight[k];
-    }
+    for (const std::uint32_t j : crowds.Around(i)) crowding[i] += crowds.Between(i, j);
   }
   CrowdingHeap heap(std::move(crowding));
   std::vector<std::uint32_t> gone;
@@ -147,8 +152,8 @@ std::vector<std::uint32_t> Eliminate(const Samples& samples, std::uint64_t targe
     if (gone.size() % 4096 == 0) control.ThrowIfStopped();
     const std::uint32_t i = heap.Pop();
     gone.push_back(i);
-    for (std::uint64_t k = crowd.begin[i]; k < crowd.begin[i + 1]; ++k) {
-      if (heap.Holds(crowd.neighbor[k])) heap.Relieve(crowd.neighbor[k], crowd.weight[k]);
+    for (const std::uint32_t j : crowds.Around(i)) {
+      if (heap.Holds(j)) heap.Relieve(j, crowds.Between(i, j));
     }
   }
   return gone;

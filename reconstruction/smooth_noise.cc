@@ -165,24 +165,24 @@ bool StandsOut(const PreparedPoints& points, const NeighborSearch& search, std::
   return count == kFew && planes < kFewestPlanes;
 }
 
-// search: among the points before they were moved, which changes little in who is near whom.
-void RemoveStandingOut(const NeighborSearch& search, PreparedPoints* prepared) {
-  std::vector<char> stray(prepared->points.size(), 0);
+std::vector<char> FindStandingOut(const PreparedPoints& prepared) {
+  const NeighborSearch search(prepared.points.position);
+  std::vector<char> stray(prepared.points.size(), 0);
   const auto look = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) stray[i] = StandsOut(*prepared, search, i);
+    for (std::size_t i = begin; i < end; ++i) stray[i] = StandsOut(prepared, search, i);
   };
   ParallelBlocks(stray.size(), kBlock, look, {});  // not to be cancelled halfway
-  RemoveStray(stray, prepared);
+  return stray;
 }
 
-}  // namespace
+struct Smoothed {
+  std::vector<float> shift;  // of each point along its new normal
+  std::vector<Vec3f> normal;
+};
 
-void SmoothNoise(bool remove_outliers, PreparedPoints* prepared, const Control& control) {
-  SurveyPoints& points = prepared->points;
+Smoothed Smooth(const PreparedPoints& prepared, const Control& control) {
+  const SurveyPoints& points = prepared.points;
   const std::size_t n = points.size();
-  // Deviations, shifts, the new normals; PCL's points and tree; the points that are kept.
-  CheckMemory("smoothing the noise of " + std::to_string(n) + " points",
-              n * (4 + 4 + 12 + 40) + (remove_outliers ? points.MemoryBytes() : 0));
   const NeighborSearch search(points.position);
   std::vector<float> deviation(n);
   ParallelBlocks(
@@ -196,23 +196,33 @@ void SmoothNoise(bool remove_outliers, PreparedPoints* prepared, const Control& 
         }
       },
       control, "measuring the noise", 0.0, 0.3);
-  const Smoother smoother(*prepared, search, deviation);
-  std::vector<float> shift(n, 0.0f);
-  std::vector<Vec3f> normal(points.normal);
+  const Smoother smoother(prepared, search, deviation);
+  Smoothed out{std::vector<float>(n, 0.0f), points.normal};
   ParallelBlocks(
       n, kBlock,
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-          shift[i] = static_cast<float>(smoother.ShiftOf(i, &normal[i]));
+          out.shift[i] = static_cast<float>(smoother.ShiftOf(i, &out.normal[i]));
         }
       },
       control, "smoothing the noise", 0.3, 1.0);
-  points.normal = std::move(normal);
+  return out;
+}
+
+}  // namespace
+
+void SmoothNoise(bool remove_outliers, PreparedPoints* prepared, const Control& control) {
+  SurveyPoints& points = prepared->points;
+  const std::size_t n = points.size();
+  // The tree, deviations, shifts, the new normals.
+  CheckMemory("smoothing the noise of " + std::to_string(n) + " points", n * (15 + 4 + 4 + 12));
+  Smoothed smoothed = Smooth(*prepared, control);
+  points.normal = std::move(smoothed.normal);
   for (std::size_t i = 0; i < n; ++i) {
-    points.position[i] += points.normal[i].cast<double>() * static_cast<double>(shift[i]);
+    points.position[i] += points.normal[i].cast<double>() * static_cast<double>(smoothed.shift[i]);
   }
-  prepared->shift = std::move(shift);
-  if (remove_outliers) RemoveStandingOut(search, prepared);
+  prepared->shift = std::move(smoothed.shift);
+  if (remove_outliers) RemoveStray(FindStandingOut(*prepared), prepared);
 }
 
 }  // namespace sherd

@@ -1,5 +1,7 @@
 #include "reconstruction/support_index.h"
 
+#include "metaball/median.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -15,13 +17,11 @@ SupportIndex::SupportIndex(const Cloud& cloud, float margin, float widening) {
   std::vector<float> radii;
   radii.reserve(cloud.size());
   for (std::size_t i = 0; i < cloud.size(); ++i) radii.push_back(reach(i));
-  const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-  std::nth_element(radii.begin(), middle, radii.end());
   const float largest = *std::max_element(radii.begin(), radii.end());
   const Vec3f size = box.max - box.min;
   const float extent = std::max({size.x, size.y, size.z}) + 2 * largest;
   // At most 2^20 cells on a side; and the largest support spans at most a few dozen of them.
-  const float cell = std::max({2.0f * *middle, extent * 0x1p-20f, largest / 16});
+  const float cell = std::max({2.0f * Median(std::move(radii)), extent * 0x1p-20f, largest / 16});
   inverse_cell_ = 1 / cell;
   min_ = box.min - Vec3f{largest + cell, largest + cell, largest + cell};
 

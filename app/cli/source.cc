@@ -8,6 +8,7 @@
 
 #include "app/project/format.h"
 #include "metaball/error.h"
+#include "metaball/median.h"
 #include "metaball/metaball_file.h"
 #include "metaball/progress_range.h"
 #include "metaball/thesis_file.h"
@@ -221,9 +222,7 @@ ViewContext ViewOf(const Cloud& cloud) {
   box = RobustBounds(centers);
   view.points = SamplePoints(centers, box);
   if (!radii.empty()) {
-    const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-    std::nth_element(radii.begin(), middle, radii.end());
-    const double radius = cloud.frame.unit * *middle;
+    const double radius = cloud.frame.unit * Median(std::move(radii));
     box.min = box.min - Vec3d{radius, radius, radius};
     box.max = box.max + Vec3d{radius, radius, radius};
   }

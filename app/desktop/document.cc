@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "metaball/error.h"
+#include "metaball/median.h"
 #include "metaball/metaball_file.h"
 #include "metaball/scene.h"
 #include "reconstruction/ply.h"
@@ -20,13 +21,6 @@ std::string LowerExtension(const fs::path& path) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return extension;
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::vector<Vec3d> WorldCenters(const Cloud& cloud) {

@@ -120,7 +120,7 @@ class Project {
   // The survey as it was imported, whether or not its source is still there. Photographs that moved
   // are found again by relative name: in the photo folder, in the source, in images/ beside the
   // project.
-  std::shared_ptr<const Survey> LoadSurveyFromCache(const Control& control = {}) const;
+  std::shared_ptr<Survey> LoadSurveyFromCache(const Control& control = {}) const;
   std::shared_ptr<const Level> LoadLevel(const std::string& name,
                                          const Control& control = {}) const;
 

@@ -10,7 +10,7 @@ namespace sherd {
 
 namespace fs = std::filesystem;
 
-std::shared_ptr<const Survey> Project::LoadSurveyFromCache(const Control& control) const {
+std::shared_ptr<Survey> Project::LoadSurveyFromCache(const Control& control) const {
   const std::string file = Resolve(survey_file_);
   const fs::path data_folder = fs::path(file).parent_path();
   std::error_code error;

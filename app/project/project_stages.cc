@@ -183,7 +183,8 @@ void BuildLevels(Project* project, const std::vector<std::uint64_t>& targets,
 
   control.Report("reading the survey", 0);
   const auto survey = project->LoadSurveyFromCache(PartOf(control, 0, 0.05));
-  const PreparedPoints points = PrepareForLevels(*survey, options, PartOf(control, 0.05, 0.4));
+  const PreparedPoints points =
+      PrepareForLevels(std::move(survey->points), *survey, options, PartOf(control, 0.05, 0.4));
   for (std::size_t i = 0; i < targets.size(); ++i) {
     control.ThrowIfStopped();
     const double share = 0.6 / static_cast<double>(targets.size());

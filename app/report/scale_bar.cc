@@ -1,5 +1,7 @@
 #include "app/report/scale_bar.h"
 
+#include "metaball/median.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -59,10 +61,7 @@ std::optional<double> DepthAtCenter(const Camera& camera, const Frame& frame) {
         found.push_back(distance * Dot(ray.direction, camera.forward));
       }
     }
-    if (found.empty()) continue;
-    const auto middle = found.begin() + static_cast<std::ptrdiff_t>(found.size() / 2);
-    std::nth_element(found.begin(), middle, found.end());
-    return *middle;
+    if (!found.empty()) return Median(std::move(found));
   }
   return std::nullopt;
 }

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "metaball/error.h"
+#include "metaball/median.h"
 #include "metaball/mesh/block_list.h"
 #include "metaball/mesh/block_mesh.h"
 #include "metaball/mesh/mesh.h"
@@ -90,13 +91,7 @@ void Place(const BlockList& blocks, const std::vector<BlockMesh>& parts, const O
 double DefaultCellSize(const Scene& scene) {
   const Cloud& cloud = *scene.cloud;
   if (cloud.empty()) return 1.0;
-  double radius = cloud.uniform_radius;
-  if (!cloud.radius.empty()) {
-    std::vector<float> radii = cloud.radius;
-    const auto middle = radii.begin() + static_cast<std::ptrdiff_t>(radii.size() / 2);
-    std::nth_element(radii.begin(), middle, radii.end());
-    radius = *middle;
-  }
+  const double radius = cloud.radius.empty() ? cloud.uniform_radius : Median(cloud.radius);
   return 0.5 * radius * scene.surface.radius_scale * cloud.frame.unit;
 }
 

@@ -157,7 +157,7 @@ int Run(int argc, char** argv) {
   full.smooth_noise = !options.keep_noise;
   full.close_holes = false;
   full.radius_factor = 1.8;  // so that what is compared does not follow the levels' default
-  PreparedPoints points = PrepareForLevels(survey, full);
+  PreparedPoints points = PrepareForLevels(std::move(survey.points), survey, full);
   full.target_count = points.points.size();
   const Level reference_level = BuildLevel(points, survey, full);
   if (!options.keep_holes) CloseHoles(survey, &points);

@@ -378,7 +378,8 @@ int RunBoard(const Options& options) {
   if (most < 0) throw Error("no photograph shows the board");
   LevelOptions level_options;
   level_options.target_count = ParseCount(options.level);
-  const Level level = BuildLevel(PrepareForLevels(survey, level_options), survey, level_options);
+  const Level level =
+      BuildLevel(PrepareForLevels(survey.points, survey, level_options), survey, level_options);
   const Camera camera = CameraOfPhotograph(survey, best), truth = CameraOfPhotograph(plain, best);
   int missed = 0;
   for (const char* const color : {"blend", "photo", "photo, the best one left out"}) {

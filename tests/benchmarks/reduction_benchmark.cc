@@ -5,6 +5,8 @@
 //
 // Memory is the growth of the process's peak over what it held when the step began, beside the
 // bytes of the survey's points.
+#include <malloc.h>
+
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <fstream>
@@ -36,6 +38,7 @@ struct Cost {
 
 template <class Step>
 Cost Measure(const Step& step) {
+  malloc_trim(0);                                 // what was freed does not hide what is taken
   std::ofstream("/proc/self/clear_refs") << "5";  // the peak begins here
   const std::uint64_t before = StatusBytes("VmRSS:");
   const Stopwatch watch;
@@ -78,8 +81,9 @@ int Run(int argc, char** argv) {
   app.add_option("--json", json, "write the figures here");
   CLI11_PARSE(app, argc, argv);
 
-  const Survey survey = WavySheet(ParseCount(count));
-  const auto input = static_cast<double>(survey.points.MemoryBytes());
+  Survey survey = WavySheet(ParseCount(count));
+  const std::size_t source_points = survey.points.size(), bytes = survey.points.MemoryBytes();
+  const auto input = static_cast<double>(bytes);
   nlohmann::json steps = nlohmann::json::array();
   const auto report = [&](const std::string& name, const Cost& cost) {
     std::printf("%-28s %7.2f s  %6.0f MiB = %3.0f %% of the points\n", name.c_str(), cost.seconds,
@@ -91,7 +95,8 @@ int Run(int argc, char** argv) {
                      {"share_of_input", static_cast<double>(cost.bytes) / input}});
   };
   PreparedPoints points;
-  report("prepare", Measure([&] { points = PreparePoints(survey, true); }));
+  report("prepare",
+         Measure([&] { points = PreparePoints(std::move(survey.points), survey, true); }));
   report("smooth the noise", Measure([&] { SmoothNoise(true, &points); }));
   LevelOptions options;
   options.target_count = ParseCount(target);
@@ -106,8 +111,8 @@ int Run(int argc, char** argv) {
       options.nested = false;
     }
   }
-  benchmarks::WriteJson(json, nlohmann::json{{"points", survey.points.size()},
-                                             {"input_bytes", survey.points.MemoryBytes()},
+  benchmarks::WriteJson(json, nlohmann::json{{"points", source_points},
+                                             {"input_bytes", bytes},
                                              {"target", options.target_count},
                                              {"steps", std::move(steps)}});
   return 0;

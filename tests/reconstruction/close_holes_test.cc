@@ -173,12 +173,12 @@ TEST(CloseHoles, TheOptionDecidesAndTheLevelSaysWhatWasAdded) {
   options.target_count = 4000;
   options.close_holes = false;
   const Survey& survey = dig.survey();
-  const Level open = BuildLevel(PrepareForLevels(survey, options), survey, options);
+  const Level open = BuildLevel(PrepareForLevels(survey.points, survey, options), survey, options);
   EXPECT_EQ(open.stats.closing_points, 0u);
   EXPECT_EQ(open.cloud.FindChannel(kSurveyedChannel), nullptr);
 
   options.close_holes = true;
-  const PreparedPoints points = PrepareForLevels(survey, options);
+  const PreparedPoints points = PrepareForLevels(survey.points, survey, options);
   const Level closed = BuildLevel(points, survey, options);
   EXPECT_EQ(closed.stats.closing_points, points.closing);
   EXPECT_EQ(closed.stats.source_points, survey.points.size());
@@ -200,7 +200,7 @@ TEST(CloseHoles, TheOptionDecidesAndTheLevelSaysWhatWasAdded) {
   // What was added was measured nowhere: the errors are those of the survey's points.
   EXPECT_NEAR(closed.stats.error_mean, open.stats.error_mean, 0.1 * open.stats.error_mean);
 
-  const PreparedPoints again = PrepareForLevels(survey, options);
+  const PreparedPoints again = PrepareForLevels(survey.points, survey, options);
   EXPECT_EQ(again.points.position, points.points.position);
 }
 

@@ -1,4 +1,4 @@
-// The median of unsorted values. Internal to reconstruction/.
+// The median of unsorted values.
 #pragma once
 
 #include <algorithm>
