@@ -11,7 +11,7 @@
 #include "reconstruction/memory.h"
 #include "reconstruction/neighbors.h"
 #include "reconstruction/parallel.h"
-#include "reconstruction/photo_lists.h"
+#include "reconstruction/point_arrays.h"
 #include "reconstruction/seen_through.h"
 
 namespace sherd {
@@ -284,8 +284,10 @@ void CloseHoles(const Survey& survey, PreparedPoints* prepared, const Control& c
   for (std::size_t k = 0; k < open.size(); ++k) {
     if (!open[k]) kept.push_back(static_cast<std::uint32_t>(k));
   }
-  Append(Gather(closing, kept), &points);
-  for (const std::uint32_t k : kept) prepared->spacing.push_back(spacing[k]);
+  Keep(kept, &closing);
+  Keep(kept, &spacing);
+  Append(closing, &points);
+  prepared->spacing.insert(prepared->spacing.end(), spacing.begin(), spacing.end());
   if (!prepared->shift.empty()) prepared->shift.resize(points.size(), 0.0f);
   prepared->closing = kept.size();
 }

@@ -13,8 +13,8 @@
 #include "reconstruction/depth_map.h"
 #include "reconstruction/memory.h"
 #include "reconstruction/parallel.h"
-#include "reconstruction/photo_lists.h"
 #include "reconstruction/photographs.h"
+#include "reconstruction/point_arrays.h"
 
 namespace sherd {
 namespace {

@@ -9,6 +9,7 @@
 #include "reconstruction/downsample.h"
 #include "reconstruction/memory.h"
 #include "reconstruction/parallel.h"
+#include "reconstruction/point_arrays.h"
 #include "reconstruction/reduction.h"
 #include "reconstruction/surface_fit.h"
 
@@ -131,15 +132,6 @@ Channel SurveyedShares(const PointCells& cells, std::size_t surveyed) {
   return share;
 }
 
-template <class T>
-std::vector<T> Permuted(const std::vector<T>& from, const std::vector<std::uint32_t>& order) {
-  std::vector<T> out;
-  if (from.empty()) return out;
-  out.reserve(order.size());
-  for (const std::uint32_t i : order) out.push_back(from[i]);
-  return out;
-}
-
 }  // namespace
 
 Level BuildLevel(const PreparedPoints& prepared, const Survey& survey, const LevelOptions& options,
@@ -179,7 +171,7 @@ Level BuildLevel(const PreparedPoints& prepared, const Survey& survey, const Lev
   if (prepared.closing > 0) input.channels = {SurveyedShares(cells, prepared.surveyed())};
   std::vector<std::uint32_t> order;
   level.cloud = BuildCloud(input, nullptr, &order);
-  level.normal = Permuted(fitted.normal, order);
+  level.normal = Gather(fitted.normal, order);
   level.depth.reserve(order.size());
   for (const std::uint32_t i : order) level.depth.push_back(static_cast<float>(fitted.depth[i]));
 

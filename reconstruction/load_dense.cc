@@ -12,8 +12,8 @@
 #include "reconstruction/depth_map.h"
 #include "reconstruction/load_photographs.h"
 #include "reconstruction/memory.h"
-#include "reconstruction/photo_lists.h"
 #include "reconstruction/ply_stream.h"
+#include "reconstruction/point_arrays.h"
 #include "reconstruction/take_photographs.h"
 #include "reconstruction/visibility.h"
 

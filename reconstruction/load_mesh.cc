@@ -8,7 +8,7 @@
 #include "reconstruction/colmap_model.h"
 #include "reconstruction/mesh_import.h"
 #include "reconstruction/mesh_points.h"
-#include "reconstruction/photo_lists.h"
+#include "reconstruction/point_arrays.h"
 #include "reconstruction/take_photographs.h"
 
 namespace sherd {

@@ -13,8 +13,8 @@
 #include "reconstruction/load_photographs.h"
 #include "reconstruction/memory.h"
 #include "reconstruction/mesh_import.h"
-#include "reconstruction/photo_lists.h"
 #include "reconstruction/photo_mask.h"
+#include "reconstruction/point_arrays.h"
 #include "reconstruction/take_photographs.h"
 #include "reconstruction/workspace.h"
 

@@ -7,7 +7,7 @@
 #include "metaball/median.h"
 #include "reconstruction/local_plane.h"
 #include "reconstruction/parallel.h"
-#include "reconstruction/photo_lists.h"
+#include "reconstruction/point_arrays.h"
 
 namespace sherd {
 namespace {

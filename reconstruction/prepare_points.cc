@@ -15,7 +15,7 @@
 #include "reconstruction/neighbors.h"
 #include "reconstruction/outliers.h"
 #include "reconstruction/parallel.h"
-#include "reconstruction/photo_lists.h"
+#include "reconstruction/point_arrays.h"
 #include "reconstruction/seen_through.h"
 
 namespace sherd {

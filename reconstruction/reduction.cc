@@ -8,6 +8,7 @@
 #include "metaball/median.h"
 #include "reconstruction/neighbors.h"
 #include "reconstruction/parallel.h"
+#include "reconstruction/point_arrays.h"
 #include "reconstruction/sample_elimination.h"
 
 namespace sherd {
@@ -136,14 +137,6 @@ std::vector<std::uint32_t> NearestOf(const std::vector<Vec3d>& position,
   return out;
 }
 
-std::vector<Vec3d> PositionsOf(const std::vector<Vec3d>& position,
-                               const std::vector<std::uint32_t>& kept) {
-  std::vector<Vec3d> out;
-  out.reserve(kept.size());
-  for (const std::uint32_t i : kept) out.push_back(position[i]);
-  return out;
-}
-
 // The cells of `grid`, which are never taken apart, joined: cell c becomes part of joined[c].
 PointCells Join(const PointCells& grid, const std::vector<std::uint32_t>& joined,
                 std::size_t cells) {
@@ -177,7 +170,7 @@ PointCells ReduceEvenly(const PreparedPoints& prepared, std::uint64_t target, Re
   {
     const Samples samples = SamplesOf(prepared, gridded ? &grid : nullptr, reduction, control);
     const std::vector<std::uint32_t> kept = EliminateSamples(samples, target, control);
-    joined = NearestOf(samples.position, PositionsOf(samples.position, kept), control);
+    joined = NearestOf(samples.position, Gather(samples.position, kept), control);
     // Where candidates coincide the nearest may be another: every one that stays is its own.
     for (std::size_t k = 0; k < kept.size(); ++k) joined[kept[k]] = static_cast<std::uint32_t>(k);
   }
@@ -190,7 +183,7 @@ PointCells TakeFirst(const PreparedPoints& prepared, std::uint64_t target, const
                                   prepared.order.begin() + static_cast<std::ptrdiff_t>(target));
   std::sort(seed.begin(), seed.end());
   std::vector<std::uint32_t> cell_of =
-      NearestOf(prepared.points.position, PositionsOf(prepared.points.position, seed), control);
+      NearestOf(prepared.points.position, Gather(prepared.points.position, seed), control);
   for (std::size_t k = 0; k < seed.size(); ++k) cell_of[seed[k]] = static_cast<std::uint32_t>(k);
   PointCells cells = CellsOf(cell_of, static_cast<std::uint32_t>(seed.size()));
   cells.seed = std::move(seed);

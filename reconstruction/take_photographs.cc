@@ -7,7 +7,7 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "reconstruction/photo_lists.h"
+#include "reconstruction/point_arrays.h"
 
 namespace sherd {
 

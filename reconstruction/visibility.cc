@@ -4,7 +4,7 @@
 
 #include "metaball/error.h"
 #include "reconstruction/camera_projector.h"
-#include "reconstruction/photo_lists.h"
+#include "reconstruction/point_arrays.h"
 
 namespace sherd {
 

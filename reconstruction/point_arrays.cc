@@ -1,19 +1,10 @@
-#include "reconstruction/photo_lists.h"
+#include "reconstruction/point_arrays.h"
 
 #include <utility>
 
 namespace sherd {
 
 namespace {
-
-template <class T>
-std::vector<T> Gathered(const std::vector<T>& from, const std::vector<std::uint32_t>& order) {
-  std::vector<T> out;
-  if (from.empty()) return out;
-  out.reserve(order.size());
-  for (const std::uint32_t i : order) out.push_back(from[i]);
-  return out;
-}
 
 struct Lists {
   std::vector<std::uint64_t> begin;
@@ -41,16 +32,15 @@ Lists GatheredLists(const SurveyPoints& points, const std::vector<std::uint32_t>
 
 SurveyPoints Gather(const SurveyPoints& points, const std::vector<std::uint32_t>& order) {
   Lists lists = GatheredLists(points, order);
-  return {Gathered(points.position, order), Gathered(points.color, order),
-          Gathered(points.normal, order),   Gathered(points.error, order),
-          std::move(lists.begin),           std::move(lists.idx)};
+  return {Gather(points.position, order), Gather(points.color, order), Gather(points.normal, order),
+          Gather(points.error, order),    std::move(lists.begin),      std::move(lists.idx)};
 }
 
 void Rearrange(const std::vector<std::uint32_t>& order, SurveyPoints* points) {
-  points->position = Gathered(points->position, order);
-  points->color = Gathered(points->color, order);
-  points->normal = Gathered(points->normal, order);
-  points->error = Gathered(points->error, order);
+  points->position = Gather(points->position, order);
+  points->color = Gather(points->color, order);
+  points->normal = Gather(points->normal, order);
+  points->error = Gather(points->error, order);
   Lists lists = GatheredLists(*points, order);
   points->photo_begin = std::move(lists.begin);
   points->photo_idx = std::move(lists.idx);

@@ -1,5 +1,5 @@
-// Lists of photographs, one for each point, in one array (SurveyPoints::photo_begin, photo_idx).
-// Internal to reconstruction/.
+// Points taken out of others, put into another order and joined, with all that is known of them,
+// their lists of photographs included. Internal to reconstruction/.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,15 @@ namespace sherd {
 
 // The points `order[0], order[1], ...` of `points`, all channels. Entries of `order` < size().
 SurveyPoints Gather(const SurveyPoints& points, const std::vector<std::uint32_t>& order);
+// Of an array that may be absent: empty, whatever the order.
+template <class T>
+std::vector<T> Gather(const std::vector<T>& values, const std::vector<std::uint32_t>& order) {
+  std::vector<T> out;
+  if (values.empty()) return out;
+  out.reserve(order.size());
+  for (const std::uint32_t i : order) out.push_back(values[i]);
+  return out;
+}
 
 // The same in place, an array at a time: beside the points there is never a copy of more than one
 // of their arrays.
