@@ -407,7 +407,7 @@ class FramePipeline {
   template <bool kOwnRadius, bool kOwnColor, class Real, class Shape>
   void LaunchShape(const kernels::TraceParams& p) {
     using Traits = kernels::TraceTraits<kOwnRadius, kOwnColor, Real, Shape, Machine::kCountWork>;
-    machine_.ForEachBlock("Trace", tiles_, kernels::TraceProgram<Traits>{p});
+    machine_.ForEachBlock("Trace", tiles_, kernels::TraceProgram<Traits>{{p}});
   }
 
   void CopyOut(const Job& job, const Region& region) {

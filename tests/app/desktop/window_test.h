@@ -82,4 +82,14 @@ class WindowTest : public QObject {
   std::unique_ptr<MainWindow> window_;
 };
 
+// The share of pixels that differ; 1 for pictures of different sizes.
+inline double changedShare(const QImage& a, const QImage& b) {
+  if (a.size() != b.size()) return 1.0;
+  qsizetype changed = 0;
+  for (int y = 0; y < a.height(); ++y) {
+    for (int x = 0; x < a.width(); ++x) changed += a.pixel(x, y) != b.pixel(x, y);
+  }
+  return static_cast<double>(changed) / (static_cast<double>(a.width()) * a.height());
+}
+
 }  // namespace sherd
