@@ -128,7 +128,7 @@ PreparedPoints PreparePoints(SurveyPoints points, const Survey& survey, bool rem
 // nothing has changed.
 void SmoothNoise(bool remove_outliers, PreparedPoints* points, const Control& control = {});
 
-// Adds points that close the holes of the survey, up to 16 local spacings wide: from the points at
+// Adds points that close the gaps and holes of the survey, 2.4 to 16 local spacings wide: from the points at
 // the rim of a hole along the surface that all points around stand for (an implicit surface of
 // moving least squares), where these lie on all sides, face the same way and the photographs do not
 // see through (seen_through.h). None where it is not known which photographs see the points:

@@ -114,6 +114,7 @@ void ApplyColorBy(const AppearanceOptions& options, const Level* level, int thre
     pseudo.channel = by.substr(0, colon);
     pseudo.component = by.back() - '0';
   }
+  if (pseudo.channel == kSurveyedChannel && level && !pseudo.range) pseudo.range = {0, 1};
   if (scene->cloud->FindChannel(pseudo.channel)) return;
   const bool views = pseudo.channel == kViews && level && !level->photo_begin.empty();
   const bool surveyed = pseudo.channel == kSurveyedChannel && level;
