@@ -128,13 +128,13 @@ PreparedPoints PreparePoints(SurveyPoints points, const Survey& survey, bool rem
 // nothing has changed.
 void SmoothNoise(bool remove_outliers, PreparedPoints* points, const Control& control = {});
 
-// Adds points that close the gaps and holes of the survey, 2.4 to 16 local spacings wide: from the points at
-// the rim of a hole along the surface that all points around stand for (an implicit surface of
-// moving least squares), where these lie on all sides, face the same way and the photographs do not
-// see through (seen_through.h). None where it is not known which photographs see the points:
-// nothing then tells a hole of the survey from one of what was surveyed. The points take colour,
-// photographs and spacing of the nearest surveyed one. Once, after SmoothNoise, before OrderPoints.
-// Deterministic. Throws ResourceError, Cancelled, and then nothing has changed.
+// Adds points that close the gaps and holes of the survey, 2.4 to 16 local spacings wide: from the
+// points at the rim of a hole along the surface that all points around stand for (an implicit
+// surface of moving least squares), where these lie on all sides, face the same way and the
+// photographs do not see through (seen_through.h). None where it is not known which photographs see
+// the points: nothing then tells a hole of the survey from one of what was surveyed. The points
+// take colour, photographs and spacing of the nearest surveyed one. Once, after SmoothNoise, before
+// OrderPoints. Deterministic. Throws ResourceError, Cancelled, and then nothing has changed.
 void CloseHoles(const Survey& survey, PreparedPoints* points, const Control& control = {});
 
 // Needed once before nested levels are built. Throws Cancelled; InputError for kVoxel, whose cells
