@@ -36,6 +36,7 @@ constexpr double kEnclosed = 1.75;
 constexpr double kNormalsAgree = 0.5;
 // Local spacings from the nearest surveyed point, and between the points that close a hole.
 constexpr double kApart = 1.2, kBetween = 0.7;
+// What closes a hole has this many others, surveyed or not, within kSurface local spacings.
 constexpr int kFewest = 5;
 constexpr double kSurface = 2.0;
 constexpr int kMostBetween = 64;  // candidates that are looked at around one
@@ -79,15 +80,12 @@ Means MeansOf(const SurveyPoints& points, const Control& control) {
   out.extent = cells.voxel_size;
   for (std::size_t c = 0; c < cells.size(); ++c) {
     const std::uint32_t begin = cells.cell_begin[c], end = cells.cell_begin[c + 1];
-    const Vec3d base = points.position[cells.point_idx[begin]];
-    Vec3d offset{}, normal{};
+    Vec3d normal{};
     for (std::uint32_t j = begin; j < end; ++j) {
-      offset += points.position[cells.point_idx[j]] - base;
       normal += points.normal[cells.point_idx[j]].cast<double>();
     }
-    const auto count = static_cast<double>(end - begin);
-    out.position.push_back(base + offset / count);
-    out.normal.push_back(normal / count);
+    out.position.push_back(CentroidOf(points.position, cells, c));
+    out.normal.push_back(normal / static_cast<double>(end - begin));
   }
   return out;
 }

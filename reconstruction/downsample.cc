@@ -233,6 +233,14 @@ VoxelSize FindVoxelSize(const std::vector<Vec3d>& positions, const Vec3d& min, d
 
 }  // namespace
 
+Vec3d CentroidOf(const std::vector<Vec3d>& positions, const PointCells& cells, std::size_t cell) {
+  const std::uint32_t begin = cells.cell_begin[cell], end = cells.cell_begin[cell + 1];
+  const Vec3d base = positions[cells.point_idx[begin]];
+  Vec3d offset{};
+  for (std::uint32_t j = begin; j < end; ++j) offset += positions[cells.point_idx[j]] - base;
+  return base + offset / static_cast<double>(end - begin);
+}
+
 PointCells CellsOf(const std::vector<std::uint32_t>& cell_of, std::uint32_t cells) {
   PointCells out;
   out.cell_begin.assign(std::size_t{cells} + 1, 0);

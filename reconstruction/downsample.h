@@ -20,6 +20,10 @@ struct PointCells {
   std::size_t size() const { return cell_begin.empty() ? 0 : cell_begin.size() - 1; }
 };
 
+// The mean of a cell's positions; relative to the first of them, so that nothing is lost far from
+// the origin.
+Vec3d CentroidOf(const std::vector<Vec3d>& positions, const PointCells& cells, std::size_t cell);
+
 // cell_of: the cell of each point, all below `cells`.
 PointCells CellsOf(const std::vector<std::uint32_t>& cell_of, std::uint32_t cells);
 

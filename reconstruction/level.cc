@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "metaball/error.h"
 #include "metaball/median.h"
@@ -47,16 +48,13 @@ Representatives Reduce(const SurveyPoints& points, const PointCells& cells,
             out.normal[c] = points.normal[*first];
             continue;
           }
-          // Relative to the first point: nothing is lost far from the origin.
-          const Vec3d base = points.position[*first];
-          Vec3d offset{}, color{}, normal{};
+          Vec3d color{}, normal{};
           for (const std::uint32_t* i = first; i != last; ++i) {
-            offset += points.position[*i] - base;
             if (colors) color += LinearFromRgb8(points.color[*i]).cast<double>();
             normal += points.normal[*i].cast<double>();
           }
-          out.position[c] =
-              cells.seed.empty() ? base + offset / count : points.position[cells.seed[c]];
+          out.position[c] = cells.seed.empty() ? CentroidOf(points.position, cells, c)
+                                               : points.position[cells.seed[c]];
           if (colors) out.color[c] = Rgb8FromLinear((color / count).cast<float>());
           out.normal[c] = Normalized(normal, points.normal[*first].cast<double>()).cast<float>();
         }

@@ -39,6 +39,8 @@ struct LevelOptions {
   // The metaballs' colours from the photographs instead of from the points (photo_colors.h): done
   // after BuildLevel, by those who have the photographs.
   bool photo_colors = false;
+
+  friend bool operator==(const LevelOptions&, const LevelOptions&) = default;
 };
 
 // The name of the channel (Cloud::channels, 0 to 1) with the share of each metaball's points that

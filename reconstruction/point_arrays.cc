@@ -3,7 +3,6 @@
 #include <utility>
 
 namespace sherd {
-
 namespace {
 
 struct Lists {

@@ -47,17 +47,13 @@ Candidates CandidatesOf(const PreparedPoints& prepared, const PointCells* cells,
   if (normals) out.normal.resize(n);
   for (std::size_t c = 0; c < n; ++c) {
     const std::uint32_t first = cells->point_idx[cells->cell_begin[c]];
-    const Vec3d base = points.position[first];
-    Vec3d offset{};
     Vec3f normal{};
     for (std::uint32_t j = cells->cell_begin[c]; j < cells->cell_begin[c + 1]; ++j) {
       const std::uint32_t i = cells->point_idx[j];
-      offset += points.position[i] - base;
       normal += points.normal[i];
       out.samples.area[c] += area(i);
     }
-    out.samples.position[c] =
-        base + offset / static_cast<double>(cells->cell_begin[c + 1] - cells->cell_begin[c]);
+    out.samples.position[c] = CentroidOf(points.position, *cells, c);
     if (normals) out.normal[c] = Normalized(normal, points.normal[first]);
   }
   return out;

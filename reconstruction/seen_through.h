@@ -18,7 +18,8 @@ namespace sherd {
 //
 // unseen: 1 for each of `seen` that does not testify, or empty. spacing: local, of each of `asked`,
 // world units. stray: of each of `asked`; those marked already are not asked. `asked` and `seen`
-// may be the same points, `unseen` and `stray` then too.
+// may be the same points, `unseen` and `stray` then too; both have lists of photographs, or
+// neither.
 void FindSeenThrough(const Survey& survey, const SurveyPoints& seen,
                      const std::vector<char>& unseen, const SurveyPoints& asked,
                      const std::vector<float>& spacing, std::vector<char>* stray,

@@ -1,9 +1,10 @@
 #include "reconstruction/support_index.h"
 
-#include "metaball/median.h"
-
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "metaball/median.h"
 
 namespace sherd {
 

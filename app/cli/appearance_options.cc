@@ -114,12 +114,12 @@ void ApplyColorBy(const AppearanceOptions& options, const Level* level, int thre
     pseudo.channel = by.substr(0, colon);
     pseudo.component = by.back() - '0';
   }
-  if (pseudo.channel == kSurveyedChannel && level && !pseudo.range) pseudo.range = {0, 1};
+  const bool surveyed = pseudo.channel == kSurveyedChannel && level;
+  if (surveyed && !pseudo.range) pseudo.range = {0, 1};
   if (scene->cloud->FindChannel(pseudo.channel)) return;
   const bool views = pseudo.channel == kViews && level && !level->photo_begin.empty();
-  const bool surveyed = pseudo.channel == kSurveyedChannel && level;
-  if (pseudo.channel != kSpacing && !views && !surveyed)
-    return;  // CheckAppearance says what there is
+  // Otherwise CheckAppearance says what there is.
+  if (pseudo.channel != kSpacing && !views && !surveyed) return;
   auto cloud = std::make_shared<Cloud>(*scene->cloud);
   if (views) {
     cloud->channels.push_back(ViewsOf(*level));

@@ -24,19 +24,6 @@ struct Options {
   bool fresh = false, json = false;
 };
 
-// Built by this program with the same options: building it again would give the same.
-bool UpToDate(const LevelEntry& level, const LevelOptions& options) {
-  return level.program == SHERD_VERSION && level.options.reduction == options.reduction &&
-         level.options.nested == options.nested &&
-         level.options.remove_outliers == options.remove_outliers &&
-         level.options.smooth_noise == options.smooth_noise &&
-         level.options.close_holes == options.close_holes &&
-         level.options.radius_factor == options.radius_factor &&
-         level.options.threshold == options.threshold &&
-         level.options.max_photos_per_metaball == options.max_photos_per_metaball &&
-         level.options.photo_colors == options.photo_colors;
-}
-
 int RunBuild(const Options& options, const Environment& environment) {
   const Stopwatch watch;
   Project project = Project::Open(options.project);
@@ -55,9 +42,11 @@ int RunBuild(const Options& options, const Environment& environment) {
   std::vector<std::uint64_t> targets;
   std::vector<std::string> kept;
   for (const std::uint64_t target : options.levels) {
+    level_options.target_count = target;
     const auto& levels = project.levels();
+    // Built by this program with the same options: building it again would give the same.
     const auto same = std::find_if(levels.begin(), levels.end(), [&](const LevelEntry& level) {
-      return level.options.target_count == target && UpToDate(level, level_options);
+      return level.program == SHERD_VERSION && level.options == level_options;
     });
     if (same != levels.end() && !options.fresh) {
       kept.push_back(same->name);

@@ -1,9 +1,10 @@
 #include "app/report/scale_bar.h"
 
-#include "metaball/median.h"
-
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "metaball/median.h"
 
 namespace sherd {
 
