@@ -11,13 +11,6 @@ namespace sherd {
 namespace {
 
 template <class T>
-T Load(const std::byte* from, int k) {
-  T value;
-  std::memcpy(&value, from + k * sizeof(T), sizeof(T));
-  return value;
-}
-
-template <class T>
 void Store(std::byte* to, int k, T value) {
   std::memcpy(to + k * sizeof(T), &value, sizeof(T));
 }
@@ -46,19 +39,6 @@ void EncodeOctahedral(const float* v, std::byte* to) {
   // 32767 is the middle of 0..65534, so that the axes are exact.
   Store<std::uint16_t>(to, 0, static_cast<std::uint16_t>(std::lround(x * 32767.0f) + 32767));
   Store<std::uint16_t>(to, 1, static_cast<std::uint16_t>(std::lround(y * 32767.0f) + 32767));
-}
-
-ChannelValue DecodeOctahedral(const std::byte* from) {
-  float x = static_cast<float>(Load<std::uint16_t>(from, 0) - 32767) / 32767.0f;
-  float y = static_cast<float>(Load<std::uint16_t>(from, 1) - 32767) / 32767.0f;
-  const float z = 1.0f - std::abs(x) - std::abs(y);
-  if (z < 0.0f) {
-    const float unfolded_x = std::copysign(1.0f - std::abs(y), x);
-    y = std::copysign(1.0f - std::abs(x), y);
-    x = unfolded_x;
-  }
-  const float length = std::sqrt(x * x + y * y + z * z);
-  return {{x / length, y / length, z / length, 0.0f}};
 }
 
 }  // namespace
@@ -93,25 +73,6 @@ std::size_t Channel::BytesPerMetaball() const {
       return 4;
   }
   return 0;
-}
-
-ChannelValue Channel::Get(std::size_t i) const {
-  const std::byte* from = bytes_.data() + i * BytesPerMetaball();
-  if (type_ == ChannelType::kOctahedral) return DecodeOctahedral(from);
-  ChannelValue value;
-  for (int k = 0; k < components_; ++k) {
-    switch (type_) {
-      case ChannelType::kUnorm16:
-        value.v[k] = lo_ + (hi_ - lo_) * (Load<std::uint16_t>(from, k) / 65535.0f);
-        break;
-      case ChannelType::kUnorm8:
-        value.v[k] = lo_ + (hi_ - lo_) * (Load<std::uint8_t>(from, k) / 255.0f);
-        break;
-      default:
-        value.v[k] = Load<float>(from, k);
-    }
-  }
-  return value;
 }
 
 void Channel::Set(std::size_t i, const ChannelValue& value) {

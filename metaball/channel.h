@@ -2,10 +2,14 @@
 // blended at a surface point by the same weights as everything else. Stored as narrow as it may be.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <vector>
+
+#include "metaball/hostdevice.h"
 
 namespace sherd {
 
@@ -19,6 +23,59 @@ enum class ChannelType : std::uint8_t {
 struct ChannelValue {
   float v[4] = {0.0f, 0.0f, 0.0f, 0.0f};
 };
+
+// A channel's values where they lie, on the host or on a device.
+struct ChannelView {
+  const std::byte* bytes = nullptr;
+  ChannelType type = ChannelType::kFloat32;
+  int components = 1;
+  float lo = 0.0f, hi = 1.0f;
+
+  // Of metaball i; components beyond `components` are 0.
+  SHERD_HD ChannelValue Get(std::size_t i) const;
+
+ private:
+  template <class T>
+  SHERD_HD static T Load(const std::byte* from, int k) {
+    T value;
+    std::memcpy(&value, from + k * sizeof(T), sizeof(T));
+    return value;
+  }
+  SHERD_HD static ChannelValue DecodeOctahedral(const std::byte* from) {
+    float x = static_cast<float>(Load<std::uint16_t>(from, 0) - 32767) / 32767.0f;
+    float y = static_cast<float>(Load<std::uint16_t>(from, 1) - 32767) / 32767.0f;
+    const float z = 1.0f - fabsf(x) - fabsf(y);
+    if (z < 0.0f) {
+      const float unfolded_x = copysignf(1.0f - fabsf(y), x);
+      y = copysignf(1.0f - fabsf(x), y);
+      x = unfolded_x;
+    }
+    const float length = sqrtf(x * x + y * y + z * z);
+    return {{x / length, y / length, z / length, 0.0f}};
+  }
+};
+
+SHERD_HD ChannelValue ChannelView::Get(std::size_t i) const {
+  const int n = components;
+  ChannelValue value;
+  switch (type) {
+    case ChannelType::kOctahedral:
+      return DecodeOctahedral(bytes + i * 4);
+    case ChannelType::kUnorm16:
+      for (int k = 0; k < n; ++k) {
+        value.v[k] = lo + (hi - lo) * (Load<std::uint16_t>(bytes + i * 2 * n, k) / 65535.0f);
+      }
+      break;
+    case ChannelType::kUnorm8:
+      for (int k = 0; k < n; ++k) {
+        value.v[k] = lo + (hi - lo) * (Load<std::uint8_t>(bytes + i * n, k) / 255.0f);
+      }
+      break;
+    case ChannelType::kFloat32:
+      for (int k = 0; k < n; ++k) value.v[k] = Load<float>(bytes + i * 4 * n, k);
+  }
+  return value;
+}
 
 class Channel {
  public:
@@ -39,8 +96,9 @@ class Channel {
   const std::vector<std::byte>& bytes() const { return bytes_; }
   std::vector<std::byte>& bytes() { return bytes_; }
 
+  ChannelView view() const { return {bytes_.data(), type_, components_, lo_, hi_}; }
   // Components beyond components() are 0. i < size().
-  ChannelValue Get(std::size_t i) const;
+  ChannelValue Get(std::size_t i) const { return view().Get(i); }
   // Unorm values are clamped to lo..hi; NaN becomes lo. Octahedral: any vector, made a unit vector;
   // one without direction becomes (0, 0, 1).
   void Set(std::size_t i, const ChannelValue& value);

@@ -120,15 +120,14 @@ SHERD_FORMULA Mask AdvanceUniform(const Bernstein<T, N>& bound, T threshold,
   return AdvanceMarch(bound, threshold, found, ends_inside, limits, march);
 }
 
-// One step with blended thresholds (ThresholdMode::kBlended). `lowest` is the least threshold of
+// One step with blended thresholds (ThresholdMode::kBlended), from the two bounds of a
+// BlendedBound. `lowest` is the least threshold of
 // the metaballs in reach: no crossing lies where sum f < lowest, and that bound leads where it
 // passes more; elsewhere the excess does. kGoal as above.
-template <MarchGoal kGoal = MarchGoal::kFirst, class T, class Mask, class Shape>
-SHERD_FORMULA Mask AdvanceBlended(const BlendedBound<T, Shape>& sums, T lowest,
+template <MarchGoal kGoal = MarchGoal::kFirst, class T, class Mask>
+SHERD_FORMULA Mask AdvanceBlended(const Bernstein<T, 4>& excess, Bernstein<T, 4> weight, T lowest,
                                   const MarchLimits<T>& limits, March<T, Mask>* march) {
   const T zero = T(0);
-  const Bernstein<T, 4> excess = sums.Excess();
-  Bernstein<T, 4> weight = sums.Weight();
   for (int k = 0; k <= 4; ++k) weight.c[k] = weight.c[k] - lowest;
   const Mask at_start = Both(weight.c[0] >= zero, excess.c[0] >= zero);
   const Mask certain = Both(weight.c[4] >= zero, excess.c[4] >= zero);
@@ -144,4 +143,9 @@ SHERD_FORMULA Mask AdvanceBlended(const BlendedBound<T, Shape>& sums, T lowest,
   for (int k = 0; k <= 4; ++k) leading.c[k] = Where(weight_leads, weight.c[k], excess.c[k]);
   const Mask found = kGoal == MarchGoal::kAny ? Either(at_start, certain) : at_start;
   return AdvanceMarch(leading, zero, found, certain, limits, march);
+}
+template <MarchGoal kGoal = MarchGoal::kFirst, class T, class Mask, class Shape>
+SHERD_FORMULA Mask AdvanceBlended(const BlendedBound<T, Shape>& sums, T lowest,
+                                  const MarchLimits<T>& limits, March<T, Mask>* march) {
+  return AdvanceBlended<kGoal>(sums.Excess(), sums.Weight(), lowest, limits, march);
 }

@@ -11,7 +11,9 @@ void TraceTile(const TraceJob& job, int tile, TraceCounts* counts, const Shape& 
   const TileList list = job.ListOf(tile);
   Frame& frame = *job.frame;
   const PixelBox pixels = job.bins->PixelsOf(tile);
-  const Rgb8* colors = job.cloud->color.empty() ? nullptr : job.cloud->color.data();
+  const auto color_of = [&cloud = *job.cloud](std::uint32_t i) {
+    return LinearFromRgb8(cloud.ColorOf(i));
+  };
   for (int y = pixels.y0; y < pixels.y1; ++y) {
     for (int x = pixels.x0; x < pixels.x1; ++x) {
       const RayD ray = RayThrough(job.camera, x + 0.5, y + 0.5);
@@ -20,8 +22,7 @@ void TraceTile(const TraceJob& job, int tile, TraceCounts* counts, const Shape& 
       if (!hit.hit) continue;
       ++counts->hits;
       const Vec3f to_viewer = -ray.direction.cast<float>();
-      const SurfaceSums sums = GatherSurface<kMode>(list, shape, hit, colors,
-                                                    job.cloud->uniform_color, SrgbToLinearTable());
+      const SurfaceSums sums = GatherSurface<kMode>(list, shape, hit, color_of);
       const Vec3f normal =
           kMode == ThresholdMode::kBlended ? sums.BlendedNormal(to_viewer) : sums.Normal(to_viewer);
       const Vec3f c = Shade(job.light, sums.BlendedColor(), normal, to_viewer);
@@ -33,8 +34,8 @@ void TraceTile(const TraceJob& job, int tile, TraceCounts* counts, const Shape& 
       if (job.gather) {
         std::vector<GatherSphere>& spheres = GatherScratch();
         for (int k = hit.begin; k < hit.end; ++k) {
-          const std::uint32_t i = list.entry[k].metaball;
-          spheres.push_back({Minus(list.center[i], hit.reference), 1.0f / list.RadiusOf(i), i});
+          const std::uint32_t i = list.MetaballAt(k);
+          spheres.push_back({Minus(list.CenterOf(i), hit.reference), 1.0f / list.RadiusOf(i), i});
         }
         job.gather->AtHit(pixel, Vec3f{}, spheres);
       }

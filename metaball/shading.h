@@ -34,6 +34,11 @@ struct SurfaceSums {
     }
   }
 
+  // For blended thresholds, besides Add.
+  SHERD_HD void AddThreshold(const Vec3f& offset, float slope, float inverse_r2, float threshold) {
+    outward_of_thresholds += offset * (-slope * inverse_r2 * threshold);
+  }
+
   SHERD_HD Vec3f BlendedColor() const { return weight > 0.0f ? color * (1.0f / weight) : Vec3f{}; }
   // Unit normal towards the outside; where the gradient cancels, towards the viewer.
   SHERD_HD Vec3f Normal(const Vec3f& to_viewer) const { return Normalized(outward, to_viewer); }

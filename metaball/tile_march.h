@@ -48,7 +48,9 @@ struct Anchor<double> {
   SHERD_HD Vec3d To(const Vec3f& center) const { return center.cast<double>() - point; }
 };
 
-// The metaballs one tile may see. Pointers are not owned. Radii are those of the supports.
+// The metaballs one tile may see, nearest front first. Pointers are not owned. Radii are those of
+// the supports. The march takes any type with this one's `count`, uniform_threshold,
+// threshold_scale and functions (the GPU keeps a list otherwise, cuda/kernels/metaball_list.h).
 struct TileList {
   const TileEntry* entry = nullptr;  // `count`, nearest front first
   int count = 0;
@@ -60,6 +62,9 @@ struct TileList {
   double uniform_threshold = 0.7;    // not yet scaled
   double threshold_scale = 1.0;      // 1 / amplitude: shapes have amplitude 1
 
+  SHERD_HD std::uint32_t MetaballAt(int k) const { return entry[k].metaball; }
+  SHERD_HD float FrontAt(int k) const { return entry[k].front; }
+  SHERD_HD Vec3f CenterOf(std::uint32_t i) const { return center[i]; }
   // Products in Real: doubles see the radii and thresholds that the reference sees.
   template <class Real = float>
   SHERD_HD Real RadiusOf(std::uint32_t i) const {
@@ -106,9 +111,9 @@ inline constexpr float kFloatRadiusRange = 100.0f;
 inline constexpr int kFloatOverlap = 512;
 
 // The part of a tile's list that forms the field on a segment of the ray.
-template <class Real, class Shape>
+template <class List, class Real, class Shape>
 struct Window {
-  const TileList& list;
+  const List& list;
   const Shape& shape;
   Anchor<Real> anchor;
   Vec3<Real> direction;
@@ -122,10 +127,10 @@ struct Window {
   };
   // False where the ray misses the support of list position k.
   SHERD_HD bool PassAt(int k, Pass* pass) const {
-    const std::uint32_t i = list.entry[k].metaball;
+    const std::uint32_t i = list.MetaballAt(k);
     pass->inverse_radius = Real(1) / list.template RadiusOf<Real>(i);
     static_cast<RayPass<Real>&>(*pass) =
-        PassOf<Real>(anchor.To(list.center[i]), direction, pass->inverse_radius);
+        PassOf<Real>(anchor.To(list.CenterOf(i)), direction, pass->inverse_radius);
     return pass->across2 < Real(1);
   }
   // Adds every metaball to a bound on [t, t + dt].
@@ -140,13 +145,13 @@ struct Window {
 
 // Marches through one window from t = 0; `first` is the first segment's length. Returns false when
 // steps did not suffice.
-template <ThresholdMode kMode, class Real, class Shape>
-SHERD_HD bool MarchWindow(const Window<Real, Shape>& window, Real first,
+template <ThresholdMode kMode, class List, class Real, class Shape>
+SHERD_HD bool MarchWindow(const Window<List, Real, Shape>& window, Real first,
                           const MarchLimits<Real>& limits, RayMarch<Real>* march,
                           std::uint32_t* grazing) {
-  const TileList& list = window.list;
+  const List& list = window.list;
   const auto threshold_of = [&](int k) {
-    return list.template ThresholdOf<Real>(list.entry[k].metaball);
+    return list.template ThresholdOf<Real>(list.MetaballAt(k));
   };
   const auto begin_march = [&](Real t, Real t_end) {
     *march = {t, Min(first, t_end - t), t_end > t, false};
@@ -178,7 +183,7 @@ SHERD_HD bool MarchWindow(const Window<Real, Shape>& window, Real first,
       Real until = limits.t_end, threshold = Real(0);
       int active = 0;
       for (int k = window.begin; k < window.end; ++k) {
-        typename Window<Real, Shape>::Pass pass;
+        typename Window<List, Real, Shape>::Pass pass;
         if (!window.PassAt(k, &pass)) continue;
         const Real enter = pass.Enter(), exit = pass.Exit();
         if (enter > from) until = Min(until, enter);
@@ -206,7 +211,7 @@ SHERD_HD bool MarchWindow(const Window<Real, Shape>& window, Real first,
     RayMarch<Real> nearest{limits.t_end, Real(0), false, false};
     bool resolved = true;
     for (int k = window.begin; k < window.end; ++k) {
-      typename Window<Real, Shape>::Pass pass;
+      typename Window<List, Real, Shape>::Pass pass;
       if (!window.PassAt(k, &pass)) continue;
       begin_march(Max(Real(0), pass.Enter()), Min(nearest.t, pass.Exit()));
       const MarchLimits<Real> own{limits.tolerance, Min(nearest.t, pass.Exit())};
@@ -224,8 +229,8 @@ SHERD_HD bool MarchWindow(const Window<Real, Shape>& window, Real first,
 }
 
 // The first crossing of `ray` (local units) with the surface of the tile's metaballs.
-template <ThresholdMode kMode, class Real, class Shape>
-SHERD_HD TileHit MarchTile(const TileList& list, const Shape& shape, const RayD& ray,
+template <ThresholdMode kMode, class Real, class List, class Shape>
+SHERD_HD TileHit MarchTile(const List& list, const Shape& shape, const RayD& ray,
                            RayCounts* counts) {
   TileHit result;
   int begin = 0, end = 0;
@@ -234,22 +239,23 @@ SHERD_HD TileHit MarchTile(const TileList& list, const Shape& shape, const RayD&
   while (end < list.count) {
     // Take in the next metaballs; the window reaches to the front of the one after them.
     end = end + kWindowSize < list.count ? end + kWindowSize : list.count;
-    const double window_end = end < list.count ? static_cast<double>(list.entry[end].front)
-                                               : static_cast<double>(INFINITY);
+    const double window_end =
+        end < list.count ? static_cast<double>(list.FrontAt(end)) : static_cast<double>(INFINITY);
     if (!(window_end > window_start)) continue;
     if (first) {
-      const double front = list.entry[0].front;
+      const double front = list.FrontAt(0);
       window_start = front > 0.0 ? front : 0.0;
       first = false;
     }
     // What the ray touches here: the smallest radius, the last exit; metaballs left behind for good
     // are dropped from the front of the window.
-    Window<Real, Shape> window{list, shape, Anchor<Real>(ray.origin + ray.direction * window_start),
-                               ray.direction.cast<Real>()};
+    Window<List, Real, Shape> window{list, shape,
+                                     Anchor<Real>(ray.origin + ray.direction * window_start),
+                                     ray.direction.cast<Real>()};
     Real smallest = Real(INFINITY), last_exit = Real(0);
     int touched_begin = end, touched = 0;
     for (int k = begin; k < end; ++k) {
-      typename Window<Real, Shape>::Pass pass;
+      typename Window<List, Real, Shape>::Pass pass;
       if (!window.PassAt(k, &pass)) continue;
       const Real exit = pass.Exit();
       if (!(exit > Real(0))) continue;
@@ -294,17 +300,15 @@ SHERD_HD float WorldDepth(double local_depth, double unit) {
   return depth > 1.17549435e-38f ? depth : 1.17549435e-38f;
 }
 
-// Sums up the metaballs that form the surface at a hit. colors: by cloud index, sRGB, or null for
-// `uniform_color`; srgb_to_linear: 256 values.
-template <ThresholdMode kMode, class Shape>
-SHERD_HD SurfaceSums GatherSurface(const TileList& list, const Shape& shape, const TileHit& hit,
-                                   const Rgb8* colors, Rgb8 uniform_color,
-                                   const float* srgb_to_linear) {
+// Sums up the metaballs that form the surface at a hit. color_of(i): metaball i's, linear light.
+template <ThresholdMode kMode, class List, class Shape, class ColorOf>
+SHERD_HD SurfaceSums GatherSurface(const List& list, const Shape& shape, const TileHit& hit,
+                                   const ColorOf& color_of) {
   SurfaceSums sums;
   float highest = -INFINITY;
   for (int k = hit.begin; k < hit.end; ++k) {
-    const std::uint32_t i = list.entry[k].metaball;
-    const Vec3f offset = -Minus(list.center[i], hit.reference);
+    const std::uint32_t i = list.MetaballAt(k);
+    const Vec3f offset = -Minus(list.CenterOf(i), hit.reference);
     const float inverse_r = 1.0f / list.RadiusOf(i), inverse_r2 = inverse_r * inverse_r;
     const float u = Dot(offset * inverse_r, offset * inverse_r);
     if (!(u < 1.0f)) continue;
@@ -315,11 +319,9 @@ SHERD_HD SurfaceSums GatherSurface(const TileList& list, const Shape& shape, con
       highest = f - list.ThresholdOf(i);
       sums = {};
     }
-    const Rgb8 c = colors ? colors[i] : uniform_color;
-    const Vec3f linear{srgb_to_linear[c.r], srgb_to_linear[c.g], srgb_to_linear[c.b]};
-    sums.Add(offset, f, slope, inverse_r2, linear, static_cast<std::int32_t>(i));
+    sums.Add(offset, f, slope, inverse_r2, color_of(i), static_cast<std::int32_t>(i));
     if constexpr (kMode == ThresholdMode::kBlended) {
-      sums.outward_of_thresholds += offset * (-slope * inverse_r2 * list.ThresholdOf(i));
+      sums.AddThreshold(offset, slope, inverse_r2, list.ThresholdOf(i));
     }
   }
   return sums;

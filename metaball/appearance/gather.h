@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "metaball/appearance/gather_sums.h"
 #include "metaball/channel.h"
 #include "metaball/cloud.h"
 #include "metaball/density/model.h"
@@ -27,9 +28,7 @@ std::vector<GatherSphere>& GatherScratch();
 
 class SurfaceGather {
  public:
-  // Allocates the planes in `frame` that Planes::NeedGather speaks of. The cloud and the frame must
-  // outlive it. Throws Error for a channel the cloud does not have, naming those it has, and for a
-  // UV channel without two components.
+  // Allocates the planes. The cloud and the frame must outlive it. Throws as AllocateGatherPlanes.
   SurfaceGather(const Cloud& cloud, const Surface& surface, const Planes& planes, Frame* frame);
 
   // Fills the planes of one pixel. point: local units, relative to the same reference point as the
@@ -38,15 +37,12 @@ class SurfaceGather {
 
  private:
   struct Source {
-    const Channel* channel;
+    ChannelView channel;
     ChannelPlane* plane;
   };
   struct UvSource {
-    const Channel* uv = nullptr;
-    UvPlane* plane = nullptr;
-    const Channel* du = nullptr;  // null: not known
-    const Channel* dv = nullptr;
-    bool periodic = false;
+    UvChannel channel;
+    UvPlane* plane;
   };
 
   // The density at the point over its amplitude; 0 outside the support, and where it is negative.
@@ -54,7 +50,7 @@ class SurfaceGather {
   // The one whose sphere the point lies on (ThresholdMode::kGated).
   GatherSphere OwnerOf(const Vec3f& point, const std::vector<GatherSphere>& spheres) const;
   void Blend(std::size_t pixel, const Vec3f& point, const std::vector<GatherSphere>& spheres) const;
-  SurfaceUv BlendUv(const UvSource& source, const Vec3f& point,
+  SurfaceUv BlendUv(const UvChannel& channel, const Vec3f& point,
                     const std::vector<GatherSphere>& spheres) const;
 
   const Cloud& cloud_;
@@ -63,10 +59,15 @@ class SurfaceGather {
   Frame* frame_;
   std::vector<Source> sources_;
   std::vector<UvSource> uv_sources_;
-  float unit_;  // world length of a local unit
 };
 
 // The channel of that name; throws Error naming the channels there are.
 const Channel& ChannelNamed(const Cloud& cloud, const std::string& name);
+// The same for texture coordinates: throws Error where it has not two components.
+const Channel& UvChannelNamed(const Cloud& cloud, const std::string& name);
+
+// The planes in `frame` that Planes::NeedGather speaks of, all zero. Throws Error for a channel
+// that the cloud does not have and for texture coordinates without two components.
+void AllocateGatherPlanes(const Cloud& cloud, const Planes& planes, Frame* frame);
 
 }  // namespace sherd
