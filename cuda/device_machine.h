@@ -19,6 +19,7 @@
 #include "cuda/kernels/block.h"
 #include "cuda/machine.h"
 #include "metaball/error.h"
+#include "metaball/parallel.h"
 
 namespace sherd {
 
@@ -210,18 +211,41 @@ class DeviceMachine {
     Synchronize();
     std::memcpy(static_cast<void*>(destination), small_.data(), bytes);
   }
-  // Through two pinned pieces in turn: one is filled by the GPU while the other is copied on.
+  // Through two pinned pieces in turn: one is made while the GPU fetches the other.
+  template <class T, class Make>
+  void Fill(Buffer<T>* buffer, std::size_t n, int threads, const char* what, const Make& make) {
+    Resize(buffer, n, what);
+    constexpr std::size_t kPiece = kPieceBytes / sizeof(T);
+    constexpr std::size_t kPart = kPiece / 16;
+    int piece = 0;
+    for (std::size_t begin = 0; begin < n; begin += kPiece, piece ^= 1) {
+      ThrowIfStopped();
+      const std::size_t count = std::min(kPiece, n - begin);
+      CheckCuda(cudaEventSynchronize(fetched_[piece].get()), "cudaEventSynchronize");
+      T* const made = reinterpret_cast<T*>(pieces_[piece].data());
+      ParallelFor(static_cast<std::int64_t>((count + kPart - 1) / kPart), threads,
+                  [&](std::int64_t part, int) {
+                    const std::size_t end = std::min(count, (part + 1) * kPart);
+                    for (std::size_t i = part * kPart; i < end; ++i) made[i] = make(begin + i);
+                  });
+      CheckCuda(cudaMemcpyAsync(buffer->data() + begin, made, count * sizeof(T),
+                                cudaMemcpyHostToDevice, stream_.get()),
+                "cudaMemcpyAsync to the GPU");
+      CheckCuda(cudaEventRecord(fetched_[piece].get(), stream_.get()), "cudaEventRecord");
+    }
+  }
+  // Through the same two: one is filled by the GPU while the other is copied on.
   template <class T>
-  void DownloadRect(T* destination, std::size_t stride, const Buffer<T>& buffer, int width,
-                    int height) {
+  void DownloadRect(T* destination, std::size_t stride, const Buffer<T>& buffer, std::size_t begin,
+                    std::size_t buffer_stride, int width, int height) {
     const std::size_t row = static_cast<std::size_t>(width) * sizeof(T);
     const int rows = static_cast<int>(std::max<std::size_t>(1, kPieceBytes / row));
     const auto fetch = [&](int y, int piece) {
-      const int count = std::min(rows, height - y);
-      CheckCuda(cudaMemcpyAsync(pieces_[piece].data(),
-                                buffer.data() + static_cast<std::size_t>(y) * width, count * row,
-                                cudaMemcpyDeviceToHost, stream_.get()),
-                "cudaMemcpyAsync of the picture");
+      const auto count = static_cast<std::size_t>(std::min(rows, height - y));
+      CheckCuda(cudaMemcpy2DAsync(
+                    pieces_[piece].data(), row, buffer.data() + begin + y * buffer_stride,
+                    buffer_stride * sizeof(T), row, count, cudaMemcpyDeviceToHost, stream_.get()),
+                "cudaMemcpy2DAsync of the picture");
       CheckCuda(cudaEventRecord(fetched_[piece].get(), stream_.get()), "cudaEventRecord");
     };
     fetch(0, 0);
@@ -381,7 +405,7 @@ class DeviceMachine {
   OnDevice on_device_{device_};
   CudaStream stream_;
   std::array<CudaEvent, 5> marks_;
-  std::array<CudaEvent, 2> fetched_;
+  std::array<CudaEvent, 2> fetched_;  // the last copy to or from each of the pieces
   PinnedMemory small_{kSmallBytes};
   std::array<PinnedMemory, 2> pieces_{PinnedMemory(kPieceBytes), PinnedMemory(kPieceBytes)};
   Buffer<unsigned char> scratch_;

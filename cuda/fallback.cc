@@ -3,7 +3,6 @@
 #include <string>
 #include <utility>
 
-#include "metaball/appearance/deferred.h"
 #include "metaball/error.h"
 
 namespace sherd {
@@ -27,12 +26,8 @@ class FallbackRenderer final : public Renderer {
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
-    // The GPU's kernels know one threshold and blend colours alone.
-    const bool own_thresholds = scene.surface.mode != ThresholdMode::kUniform;
-    const bool channels = PlanesNeeded(scene, settings.planes).NeedGather();
-    const bool beyond_primary = own_thresholds || channels;
     if (!primary_ && failures_ < kFailuresAllowed) Restart();
-    if (primary_ && !beyond_primary) {
+    if (primary_) {
       try {
         Frame frame = primary_->Render(scene, camera, settings, control);
         failures_ = 0;
@@ -48,9 +43,7 @@ class FallbackRenderer final : public Renderer {
     }
     if (!secondary_) secondary_ = make_secondary_();
     Frame frame = secondary_->Render(scene, camera, settings, control);
-    frame.stats.device += own_thresholds ? " (which alone draws thresholds of each metaball)"
-                          : channels     ? " (which alone blends further channels)"
-                                         : After();
+    frame.stats.device += After();
     return frame;
   }
 

@@ -98,27 +98,23 @@ class HostMachine {
   void Download(T* destination, const Buffer<T>& buffer, std::size_t n) {
     std::copy_n(buffer.data(), n, destination);
   }
-  // Rows of `width` from a dense buffer to rows `stride` apart.
+  template <class T, class Make>
+  void Fill(Buffer<T>* buffer, std::size_t n, int threads, const char* what, const Make& make) {
+    Resize(buffer, n, what);
+    InPieces(n, threads, [&](std::size_t i) { buffer->data()[i] = make(i); });
+  }
   template <class T>
-  void DownloadRect(T* destination, std::size_t stride, const Buffer<T>& buffer, int width,
-                    int height) {
+  void DownloadRect(T* destination, std::size_t stride, const Buffer<T>& buffer, std::size_t begin,
+                    std::size_t buffer_stride, int width, int height) {
     for (int y = 0; y < height; ++y) {
-      std::copy_n(buffer.data() + static_cast<std::size_t>(y) * width, width,
-                  destination + y * stride);
+      std::copy_n(buffer.data() + begin + y * buffer_stride, width, destination + y * stride);
     }
   }
 
   template <class Body>
   void ForEach(const char* name, std::uint64_t n, const Body& body) {
     const Timed timed(this, name);
-    constexpr std::uint64_t kPiece = 4096;
-    ParallelFor(static_cast<std::int64_t>((n + kPiece - 1) / kPiece), threads_,
-                [&](std::int64_t piece, int) {
-                  ThrowIfStopped();
-                  const std::uint64_t begin = static_cast<std::uint64_t>(piece) * kPiece;
-                  const std::uint64_t end = std::min(n, begin + kPiece);
-                  for (std::uint64_t i = begin; i < end; ++i) body(i);
-                });
+    InPieces(n, threads_, body);
   }
 
   template <class Program>
@@ -189,6 +185,18 @@ class HostMachine {
     const char* name_;
     Clock::time_point begin_ = Clock::now();
   };
+
+  template <class Body>
+  void InPieces(std::uint64_t n, int threads, const Body& body) const {
+    constexpr std::uint64_t kPiece = 4096;
+    ParallelFor(static_cast<std::int64_t>((n + kPiece - 1) / kPiece), threads,
+                [&](std::int64_t piece, int) {
+                  ThrowIfStopped();
+                  const std::uint64_t begin = static_cast<std::uint64_t>(piece) * kPiece;
+                  const std::uint64_t end = std::min(n, begin + kPiece);
+                  for (std::uint64_t i = begin; i < end; ++i) body(i);
+                });
+  }
 
   void ThrowIfStopped() const {
     if (stop_.stop_requested()) throw Cancelled();

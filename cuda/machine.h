@@ -8,6 +8,10 @@
 //   Zero(&buffer, n)                    the first n elements
 //   Upload(&buffer, begin, source, n), Download(destination, buffer, n)
 //                                       Download waits for all work before it
+//   Fill(&buffer, n, threads, what, make)
+//                                       resizes and uploads make(i), called on that many threads
+//   DownloadRect(destination, stride, buffer, begin, buffer_stride, width, height)
+//                                       rows of a rectangle; strides in elements
 //   AvailableBytes()                    memory that could still be reserved
 //   ForEach(name, n, body)              body(i) for i in [0, n)
 //   ForEachBlock(name, n, program)      program(block) for each of n blocks (block.h)

@@ -59,7 +59,7 @@ class PhotoTileStore final : public PhotoTileSampler {
         done = SampleSome(extent.photo, photo, pixels, done, count);
         ++use_.rounds;
       }
-      machine_.DownloadRect(colors + begin, count, colors_, static_cast<int>(count), 1);
+      machine_.DownloadRect(colors + begin, count, colors_, 0, count, static_cast<int>(count), 1);
     }
     machine_.EndFrame();
   }
@@ -142,7 +142,7 @@ class PhotoTileStore final : public PhotoTileSampler {
     UploadTable(&first_need_);
     machine_.ForEach("photo_mark", end - begin,
                      kernels::MarkTiles{photo, lookups_.data(), begin, first_need_.data()});
-    machine_.DownloadRect(table_.data(), kTableRow, first_need_, kTableRow,
+    machine_.DownloadRect(table_.data(), kTableRow, first_need_, 0, kTableRow, kTableRow,
                           static_cast<int>(table_.size() / kTableRow));
     std::vector<Need> needs;
     for (std::uint32_t tile = 0; tile < tiles_; ++tile) {

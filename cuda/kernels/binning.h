@@ -43,9 +43,19 @@ struct MetaballArrays {
   const Sphere* sphere = nullptr;  // radius_scale not yet applied
   double radius_scale = 1.0;
   std::uint32_t count = 0;
+  // Where each has a threshold of its own; null: one for all. Not yet scaled.
+  const float* threshold = nullptr;
+  double uniform_threshold = 0.7;
+  double threshold_scale = 1.0;  // 1 / the density's amplitude
 
   SHERD_HD float ScaledRadius(const Sphere& s) const {
     return s.radius * static_cast<float>(radius_scale);
+  }
+  // As TileList has it (metaball/tile_march.h).
+  template <class Real = float>
+  SHERD_HD Real ThresholdOf(std::uint32_t i) const {
+    if (!threshold) return static_cast<Real>(uniform_threshold * threshold_scale);
+    return static_cast<Real>(threshold[i]) * static_cast<Real>(threshold_scale);
   }
 };
 

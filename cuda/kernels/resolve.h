@@ -1,5 +1,5 @@
-// n x n samples a pixel to one: colour averaged in linear light, planes from the sample nearest the
-// pixel's centre (metaball/supersample.h does the same).
+// n x n samples a pixel to one (metaball/supersample.h does the same): colour averaged in linear
+// light, other planes from the sample nearest the pixel's centre.
 #pragma once
 
 #include <cstddef>
@@ -10,17 +10,12 @@
 
 namespace sherd::kernels {
 
-struct ResolvePixels {
-  int width, height;  // pixels
-  int samples;        // n
-  const Pixel* fine_color;
-  const float* fine_depth;      // may be null, with its output
-  const Vec3f* fine_normal;     // may be null
-  const std::int32_t* fine_id;  // may be null
+// One thread a pixel.
+struct ResolveColor {
+  int width;    // pixels
+  int samples;  // n
+  const Pixel* fine;
   Pixel* color;
-  float* depth;
-  Vec3f* normal;
-  std::int32_t* id;
 
   SHERD_HD void operator()(std::uint64_t thread) const {
     const std::size_t stride = static_cast<std::size_t>(width) * samples;
@@ -28,7 +23,7 @@ struct ResolvePixels {
     const std::size_t y = thread / width * samples;
     Pixel sum;
     for (int j = 0; j < samples; ++j) {
-      const Pixel* row = fine_color + (y + j) * stride + x;
+      const Pixel* row = fine + (y + j) * stride + x;
       for (int i = 0; i < samples; ++i) {
         sum.r += row[i].r;
         sum.g += row[i].g;
@@ -38,10 +33,22 @@ struct ResolvePixels {
     }
     const float weight = 1.0f / static_cast<float>(samples * samples);
     color[thread] = {sum.r * weight, sum.g * weight, sum.b * weight, sum.a * weight};
-    const std::size_t middle = (y + samples / 2) * stride + x + samples / 2;
-    if (depth) depth[thread] = fine_depth[middle];
-    if (normal) normal[thread] = fine_normal[middle];
-    if (id) id[thread] = fine_id[middle];
+  }
+};
+
+// One thread a component of a pixel.
+template <class T>
+struct TakeMiddle {
+  int width, samples, components;
+  const T* fine;
+  T* plane;
+
+  SHERD_HD void operator()(std::uint64_t thread) const {
+    const std::uint64_t pixel = thread / components;
+    const std::size_t stride = static_cast<std::size_t>(width) * samples;
+    const std::size_t x = pixel % width * samples + samples / 2;
+    const std::size_t y = pixel / width * samples + samples / 2;
+    plane[thread] = fine[(y * stride + x) * components + thread % components];
   }
 };
 

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "cuda/kernels/device_ops.h"
 #include "cuda/kernels/trace_params.h"
@@ -118,22 +119,57 @@ struct TraceProgram : TraceTile<Traits> {
       RayPass<Real> pass;
       Real inverse;
       if (!ListPass(e, place, origin, ray, &pass, &inverse)) continue;
-      bound->Add(t * inverse - pass.b, (t + dt) * inverse - pass.b, pass.across2);
+      const Real s0 = t * inverse - pass.b, s1 = (t + dt) * inverse - pass.b;
+      if constexpr (Traits::kBlended) {
+        bound->Add(s0, s1, pass.across2, p.metaballs.template ThresholdOf<Real>(p.entry[e]));
+      } else {
+        bound->Add(s0, s1, pass.across2);
+      }
     }
   }
 
-  template <int N>
-  SHERD_HD static Bernstein<Real, N> Rounded(const Bernstein<double, N>& sum) {
+  // The least threshold of what a ray is near, or lower.
+  SHERD_HD Real LowestThreshold(const Shared& s, int thread, std::uint32_t list_end,
+                                const Ray& ray) const {
+    Real lowest = Real(INFINITY);
+    if constexpr (Traits::kBlended) {
+      for (int k = 0; k < ray.count; ++k) lowest = Min(lowest, s.column[k][thread].threshold);
+      if (ray.wide) {
+        for (std::uint32_t e = ray.wide_begin; e < list_end; ++e) {
+          lowest = Min(lowest, p.metaballs.template ThresholdOf<Real>(p.entry[e]));
+        }
+      }
+    }
+    return lowest;
+  }
+
+  template <class T, int N>
+  SHERD_HD static Bernstein<Real, N> Rounded(const Bernstein<T, N>& sum) {
     Bernstein<Real, N> rounded;
     for (int k = 0; k <= N; ++k) rounded.c[k] = static_cast<Real>(sum.c[k]);
     return rounded;
+  }
+
+  // The bound that the scene's thresholds ask for, and the march's step on it.
+  template <class T>
+  using BoundOf =
+      std::conditional_t<Traits::kBlended, BlendedBound<T, Shape>, TightBound<T, Shape>>;
+  template <class Bound>
+  SHERD_HD static bool StepOn(const Bound& bound, Real threshold, const MarchLimits<Real>& limits,
+                              RayMarch<Real>* march) {
+    if constexpr (Traits::kBlended) {
+      return AdvanceBlended(Rounded(bound.Excess()), Rounded(bound.Weight()), threshold, limits,
+                            march);
+    } else {
+      return AdvanceUniform(Rounded(bound.Sum()), threshold, limits, march);
+    }
   }
 
   // Marches from ray.t to t_stop (may be infinite: to the end of all supports).
   SHERD_HD void MarchTo(Shared& s, int thread, Real t_stop, Real smallest, const Place& place,
                         const V& origin, std::uint32_t list_end, Ray& ray) const {
     const Shape shape = OwnShape();
-    const auto threshold = static_cast<Real>(p.threshold);
+    auto threshold = static_cast<Real>(p.threshold);  // of all, or the least one
     MarchLimits<Real> limits;
     const auto step = [&](RayMarch<Real>* march) {
       const Real t = march->t, dt = march->dt;
@@ -144,14 +180,17 @@ struct TraceProgram : TraceTile<Traits> {
       ++ray.steps;
       // Floats lose too much of so many terms.
       if (ray.wide && list_end - ray.wide_begin > kFloatOverlap) {
-        TightBound<double, Shape> bound(shape);
+        BoundOf<double> bound(shape);
         AddWide(place, origin, list_end, ray, t, dt, &bound);
-        return AdvanceUniform(Rounded(bound.Sum()), threshold, limits, march);
+        return StepOn(bound, threshold, limits, march);
       }
-      TightBound<Real, Shape> bound(shape);
+      BoundOf<Real> bound(shape);
       for (int k = 0; k < ray.count; ++k) {
         const Entry e = s.column[k][thread];
-        if constexpr (Traits::kOwnRadius) {
+        if constexpr (Traits::kBlended) {
+          bound.Add(t * e.inverse_radius - e.b, (t + dt) * e.inverse_radius - e.b, e.across2,
+                    e.threshold);
+        } else if constexpr (Traits::kOwnRadius) {
           bound.Add(t * e.inverse_radius - e.b, (t + dt) * e.inverse_radius - e.b, e.across2);
         } else {
           const Real s0 = t - e.b;
@@ -159,7 +198,7 @@ struct TraceProgram : TraceTile<Traits> {
         }
       }
       if (ray.wide) AddWide(place, origin, list_end, ray, t, dt, &bound);
-      return AdvanceUniform(bound.Sum(), threshold, limits, march);
+      return StepOn(bound, threshold, limits, march);
     };
     while (ray.t < t_stop) {
       if (!(smallest < Real(INFINITY))) {  // near nothing: free up to what comes next
@@ -173,6 +212,7 @@ struct TraceProgram : TraceTile<Traits> {
       const Real end = reach < t_stop ? reach : t_stop;
       limits.tolerance = static_cast<Real>(kDepthTolerance) * smallest;
       limits.t_end = end;
+      if constexpr (Traits::kBlended) threshold = LowestThreshold(s, thread, list_end, ray);
       RayMarch<Real> march;
       march.t = ray.t;
       const Real first = static_cast<Real>(kFirstStepInRadii) * smallest;
@@ -225,6 +265,7 @@ struct TraceProgram : TraceTile<Traits> {
         entry.b = pass.b;
         entry.across2 = pass.across2;
         if constexpr (Traits::kOwnRadius) entry.inverse_radius = inverse;
+        if constexpr (Traits::kBlended) entry.threshold = s.threshold[k];
         s.column[ray.count++][thread] = entry;
         const Real radius = Real(1) / inverse;
         smallest = radius < smallest ? radius : smallest;
@@ -263,8 +304,13 @@ struct TraceProgram : TraceTile<Traits> {
       const auto inverse_f = static_cast<float>(inverse);
       const float u = Dot(offset_f * inverse_f, offset_f * inverse_f);
       if (!(u < 1.0f)) continue;
-      ray.sums.Add(offset_f, shape.Value(u), shape.Slope(u), inverse_f * inverse_f,
+      const float slope = shape.Slope(u);
+      ray.sums.Add(offset_f, shape.Value(u), slope, inverse_f * inverse_f,
                    {shade.x, shade.y, shade.z}, static_cast<std::int32_t>(BitsOf(shade.w)));
+      if constexpr (Traits::kBlended) {
+        ray.sums.AddThreshold(offset_f, slope, inverse_f * inverse_f,
+                              static_cast<float>(s.threshold[k]));
+      }
       if constexpr (Traits::kCountWork) ++ray.shade_adds;
     }
   }
@@ -276,7 +322,7 @@ struct TraceProgram : TraceTile<Traits> {
     Vec3f normal{};
     if (ray.hit >= 0.0) {
       const Vec3f to_viewer = -ray.direction.template cast<float>();
-      normal = ray.sums.Normal(to_viewer);
+      normal = Traits::kBlended ? ray.sums.BlendedNormal(to_viewer) : ray.sums.Normal(to_viewer);
       const Vec3f c = Shade(p.light, ray.sums.BlendedColor(), normal, to_viewer);
       pixel = {c.x, c.y, c.z, 1.0f};
     }
@@ -286,6 +332,7 @@ struct TraceProgram : TraceTile<Traits> {
     }
     if (p.out_normal) p.out_normal[at] = normal;
     if (p.out_id) p.out_id[at] = ray.hit >= 0.0 ? ray.sums.strongest_idx : -1;
+    if (p.out_hit) p.out_hit[at] = ray.hit;
   }
 
   // ---- the block's program --------------------------------------------------------------------
@@ -294,33 +341,13 @@ struct TraceProgram : TraceTile<Traits> {
   SHERD_HD void operator()(Block& block) const {
     Shared& s = block.shared();
     const EntryRange list = p.range[block.index()];
-    TileRay tile;
-    tile.x0 = block.index() % p.tiles_x * kTileSize;
-    tile.y0 = block.index() / p.tiles_x * kTileSize;
-
-    // One thread finds the middle ray, in double precision, for all.
     block.Each([&](int thread, Ray&) {
       if (thread != 0) return;
-      const double x = tile.x0 + 0.5 * kTileSize, y = tile.y0 + 0.5 * kTileSize;
-      const RayD centre = RayThrough(p.camera, x, y);
-      s.centre[0] = centre.origin.x;
-      s.centre[1] = centre.origin.y;
-      s.centre[2] = centre.origin.z;
-      s.centre[3] = centre.direction.x;
-      s.centre[4] = centre.direction.y;
-      s.centre[5] = centre.direction.z;
-      const float slope_x = static_cast<float>((x - p.camera.cx) / p.camera.fx);
-      const float slope_y = static_cast<float>((y - p.camera.cy) / p.camera.fy);
-      s.centre_length = sqrtf(1.0f + slope_x * slope_x + slope_y * slope_y);
-      s.first_far[0] = kChunk;
-      s.hit_min = 0x7f800000u;  // infinity
-      s.hit_max = 0;
+      Tile::Begin(s, block.index());
       for (std::uint32_t& v : s.rare) v = 0;
       for (unsigned long long& v : s.work) v = 0;
     });
-    tile.centre = {{s.centre[0], s.centre[1], s.centre[2]},
-                   {s.centre[3], s.centre[4], s.centre[5]}};
-    tile.length = s.centre_length;
+    const TileRay tile = Tile::TileOf(s, block.index());
 
     block.Each([&](int thread, Ray& ray) {
       Tile::AimRay(tile, thread, ray);
@@ -353,9 +380,7 @@ struct TraceProgram : TraceTile<Traits> {
       (void)thread;
       const bool hit = ray.hit >= 0.0;
       if (hit) {
-        const std::uint32_t bits = BitsOf(static_cast<float>(ray.hit));
-        AtomicMin(&s.hit_min, bits);
-        AtomicMax(&s.hit_max, bits);
+        Tile::NoteHit(s, ray.hit);
         AtomicAdd(&s.rare[TraceCounts::kHits], 1);
         if (!(ray.hit > 0.0)) AtomicAdd(&s.rare[TraceCounts::kStartedInside], 1);
       }

@@ -8,6 +8,7 @@
 #include "cuda/kernels/device_ops.h"
 #include "metaball/camera.h"
 #include "metaball/frame.h"
+#include "metaball/scene.h"
 #include "metaball/shading.h"
 #include "metaball/tile_march.h"
 
@@ -35,17 +36,23 @@ struct TraceCounts {
 };
 
 // Which features a scene uses: the kernel is compiled for them alone.
-template <bool kOwnRadiusV, bool kOwnColorV, class RealT, class ShapeT, bool kCountWorkV = false>
+template <ThresholdMode kModeV, bool kOwnRadiusV, bool kOwnColorV, class RealT, class ShapeT,
+          bool kCountWorkV = false>
 struct TraceTraits {
+  static constexpr bool kBlended = kModeV == ThresholdMode::kBlended;  // else uniform
   using Shape = ShapeT;                            // of the density (metaball/density/shapes.h)
   static constexpr bool kOwnRadius = kOwnRadiusV;  // a radius for each metaball
   static constexpr bool kOwnColor = kOwnColorV;    // a colour for each metaball
+  static_assert(kOwnRadius || !kBlended, "blended thresholds are drawn with a radius each");
   using Real = RealT;  // float; double where radii differ so much that floats cannot carry them
   static constexpr bool kCountWork = kCountWorkV;
   // Metaballs that a ray can be near at once before it falls back to the tile's list. A sheet whose
   // radius is 2.5 spacings has 20 over each point. Chosen with the shared memory of a
   // multiprocessor in mind: 5 blocks on 100 KB (3 on 64 KB, 10 on 228 KB) for uniform radii.
-  static constexpr int kColumn = sizeof(Real) == 8 ? 20 : kOwnRadius ? 28 : 34;
+  static constexpr int kColumn = kBlended            ? (sizeof(Real) == 8 ? 14 : 20)
+                                 : sizeof(Real) == 8 ? 20
+                                 : kOwnRadius        ? 28
+                                                     : 34;
 };
 
 struct TraceParams {
@@ -64,7 +71,7 @@ struct TraceParams {
   float inverse_fx = 1.0f, inverse_fy = 1.0f;
   double uniform_radius = 0.0;          // with radius_scale; 0 where each has its own
   double inverse_uniform_radius = 0.0;  // with radius_scale; 0 where each has its own
-  double threshold = 0.7;               // over the density's amplitude
+  double threshold = 0.7;               // over the density's amplitude; uniform mode
   DensityShape shape;
   double world_per_local = 1.0;
   FrameLight light;
@@ -73,16 +80,37 @@ struct TraceParams {
   float* out_depth = nullptr;
   Vec3f* out_normal = nullptr;
   std::int32_t* out_id = nullptr;
+  double* out_hit = nullptr;  // local depth, -1 for none: what later kernels begin with
   TraceCounts* counts = nullptr;
+
+  // Linear light.
+  SHERD_HD Vec3f ColorOf(std::uint32_t i) const {
+    if (!color) return uniform_color;
+    const std::uint32_t c = color[i];
+    return {linear_from_srgb[c & 0xff], linear_from_srgb[c >> 8 & 0xff],
+            linear_from_srgb[c >> 16 & 0xff]};
+  }
 };
 
-template <class Real, bool kOwnRadius>
+template <class Real, bool kOwnRadius, bool kBlended>
 struct ColumnEntry {
+  Real b, across2, inverse_radius, threshold;
+};
+template <class Real>
+struct ColumnEntry<Real, true, false> {
   Real b, across2, inverse_radius;
 };
 template <class Real>
-struct ColumnEntry<Real, false> {
+struct ColumnEntry<Real, false, false> {
   Real b, across2;
+};
+
+// The thresholds of the staged entries, where they are blended.
+template <class Real, bool kBlended>
+struct StagedThresholds {};
+template <class Real>
+struct StagedThresholds<Real, true> {
+  Real threshold[kChunk];
 };
 
 }  // namespace sherd::kernels

@@ -29,7 +29,7 @@ template <class Traits>
 struct TraceTile {
   using Real = typename Traits::Real;
   using V = Vec3<Real>;
-  using Entry = ColumnEntry<Real, Traits::kOwnRadius>;
+  using Entry = ColumnEntry<Real, Traits::kOwnRadius, Traits::kBlended>;
   static constexpr int kThreads = kTileRays;
   // Asked of the compiler, so that it neither spills for more blocks than shared memory lets in nor
   // takes more registers than these leave: 128 of 65536 in floats, 168 in doubles.
@@ -44,7 +44,7 @@ struct TraceTile {
     float length;  // perspective: of the direction before it was made a unit vector
   };
 
-  struct Shared {
+  struct Shared : StagedThresholds<Real, Traits::kBlended> {
     double centre[6];     // origin and direction of the tile's middle ray
     float centre_length;  // TileRay's
     // Staged entries: centre relative to the tile's reference point, and 1 / radius where each has
@@ -116,12 +116,51 @@ struct TraceTile {
     }
   }
 
+  // Finds the tile's middle ray, in double precision, and readies the block's memory: one thread's
+  // work for all.
+  SHERD_HD void Begin(Shared& s, int index) const {
+    const double x = index % p.tiles_x * kTileSize + 0.5 * kTileSize;
+    const double y = index / p.tiles_x * kTileSize + 0.5 * kTileSize;
+    const RayD centre = RayThrough(p.camera, x, y);
+    s.centre[0] = centre.origin.x;
+    s.centre[1] = centre.origin.y;
+    s.centre[2] = centre.origin.z;
+    s.centre[3] = centre.direction.x;
+    s.centre[4] = centre.direction.y;
+    s.centre[5] = centre.direction.z;
+    const float slope_x = static_cast<float>((x - p.camera.cx) / p.camera.fx);
+    const float slope_y = static_cast<float>((y - p.camera.cy) / p.camera.fy);
+    s.centre_length = sqrtf(1.0f + slope_x * slope_x + slope_y * slope_y);
+    s.first_far[0] = kChunk;
+    s.hit_min = 0x7f800000u;  // infinity
+    s.hit_max = 0;
+  }
+
+  // After Begin, for every thread.
+  SHERD_HD TileRay TileOf(const Shared& s, int index) const {
+    TileRay tile;
+    tile.x0 = index % p.tiles_x * kTileSize;
+    tile.y0 = index / p.tiles_x * kTileSize;
+    tile.centre = {{s.centre[0], s.centre[1], s.centre[2]},
+                   {s.centre[3], s.centre[4], s.centre[5]}};
+    tile.length = s.centre_length;
+    return tile;
+  }
+
+  // A hit of the tile, local depth: what lies before or behind all of them need not be looked at.
+  SHERD_HD static void NoteHit(Shared& s, double hit) {
+    const std::uint32_t bits = BitsOf(static_cast<float>(hit));
+    AtomicMin(&s.hit_min, bits);
+    AtomicMax(&s.hit_max, bits);
+  }
+
   // Direction and spread of the ray dx, dy pixels from the tile's centre ray. In floats the
   // difference of the two directions is found as a difference, so that it keeps its own accuracy
   // and no ray needs double precision (which many GPUs have little of):
   //   u / |u| - c / |c| = e / |u| - c m / (|u| |c| (|u| + |c|)),  e = u - c,  m = |u|^2 - |c|^2,
   // c and u being the two directions before they are made unit vectors.
-  SHERD_HD void AimRay(const TileRay& tile, int thread, Ray& ray) const {
+  template <class AnyRay>
+  SHERD_HD void AimRay(const TileRay& tile, int thread, AnyRay& ray) const {
     const int px = thread % kTileSize, py = thread / kTileSize;
     if constexpr (sizeof(Real) == 4) {
       const float x = (static_cast<float>(px) + 0.5f - 0.5f * kTileSize) * p.inverse_fx;
@@ -164,7 +203,8 @@ struct TraceTile {
   }
 
   // The ray's point at the base, relative to the reference, scaled.
-  SHERD_HD V OriginOf(const Ray& ray, const Place& place) const {
+  template <class AnyRay>
+  SHERD_HD V OriginOf(const AnyRay& ray, const Place& place) const {
     const Real reach = Orthographic() ? Real(1) : static_cast<Real>(place.base);
     return place.residue + ray.spread * (reach * Scale());
   }
@@ -244,13 +284,10 @@ struct TraceTile {
     const std::uint64_t coverage = CoverageOf(p.box[i], tile.x0, tile.y0);
     s.coverage[0][thread] = static_cast<std::uint32_t>(coverage);
     s.coverage[1][thread] = static_cast<std::uint32_t>(coverage >> 32);
+    if constexpr (Traits::kBlended) s.threshold[thread] = p.metaballs.template ThresholdOf<Real>(i);
     if constexpr (kForShading) {
       Vec3f color = p.uniform_color;
-      if constexpr (Traits::kOwnColor) {
-        const std::uint32_t c8 = p.color[i];
-        color = {p.linear_from_srgb[c8 & 0xff], p.linear_from_srgb[c8 >> 8 & 0xff],
-                 p.linear_from_srgb[c8 >> 16 & 0xff]};
-      }
+      if constexpr (Traits::kOwnColor) color = p.ColorOf(i);
       s.shade[thread] = {color.x, color.y, color.z, FloatOf(i)};
       // `front` is up to 4e-7 of the distance too small.
       const float back = front + 2.0f * radius + 4e-6f * (fabsf(front) + radius);

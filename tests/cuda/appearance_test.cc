@@ -6,7 +6,6 @@
 
 #include "cuda/host_loop.h"
 #include "datasets_synthetic/peer_scenes.h"
-#include "metaball/error.h"
 #include "metaball/moving.h"
 #include "metaball/renderer.h"
 
@@ -34,12 +33,6 @@ TEST(PipelineAppearance, PassesWorkOnItsPlanes) {
   }
   EXPECT_GT(lit, 2000u);
   EXPECT_LT(off, cpu.color.size() / 200);  // rims and the borders of shadows
-}
-
-TEST(PipelineAppearance, ChannelsAreRefusedInWords) {
-  PeerScene field = MakeHeightField(300, 40, 30);
-  field.scene.appearance.color = ColorSource::kQuantity;  // intensity
-  EXPECT_THROW(MakeHostLoopRenderer()->Render(field.scene, field.camera, {}), Error);
 }
 
 // A cloud that moved is brought over anew, though it is the same object.

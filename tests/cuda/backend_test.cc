@@ -67,13 +67,13 @@ TEST_P(BackendTest, AgreesWithTheReference) {
   settings.planes = {true, true, true};
   settings.supersample = scene.supersample;
   const Frame frame = renderer_->Render(scene.scene, scene.camera, settings);
-  EXPECT_EQ(frame.stats.unresolved, 0u);
   EXPECT_EQ(frame.stats.metaballs, scene.scene.cloud->size());
   for (const Vec3f& n : frame.normal) ASSERT_TRUE(IsFinite(n));
   for (const Pixel& p : frame.color) {
     ASSERT_TRUE(p.r >= 0 && p.g >= 0 && p.b >= 0 && p.a >= 0);
     ASSERT_TRUE(p.r <= 1 && p.g <= 1 && p.b <= 1 && p.a <= 1.00001f);
   }
+  EXPECT_EQ(frame.stats.unresolved, 0u);
   if (scene.supersample > 1) {
     // The CPU renderer does the same sampling, and agrees with the reference ray by ray.
     const Frame cpu = MakeCpuRenderer()->Render(scene.scene, scene.camera, settings);
@@ -86,11 +86,7 @@ TEST_P(BackendTest, AgreesWithTheReference) {
   }
   const ReferenceFrame& reference = ReferenceOf(scene);
   const FrameDifference d = CompareToReference(frame, reference, scene.scene.cloud->frame.unit);
-  EXPECT_EQ(d.missed, 0u) << d.Describe();
-  EXPECT_EQ(d.invented, 0u) << d.Describe();
-  EXPECT_EQ(d.color_off, 0u) << d.Describe();
-  EXPECT_LE(d.depth_max, scene.depth_tolerance) << d.Describe();
-  EXPECT_LE(d.normal_max_deg, scene.normal_tolerance_deg) << d.Describe();
+  EXPECT_EQ(WhyOff(scene, frame, d), "") << d.Describe();
   std::uint64_t hits = 0, wrong_id = 0;
   for (std::size_t i = 0; i < frame.id.size(); ++i) {
     const bool hit = frame.color[i].a > 0;
@@ -101,7 +97,7 @@ TEST_P(BackendTest, AgreesWithTheReference) {
     wrong_id += hit && frame.id[i] != reference.pixels[i].id;
   }
   EXPECT_EQ(frame.stats.hits, hits);
-  bool ambiguous = false;
+  bool ambiguous = scene.creased || scene.jumps;
   for (const char* part : {"one_place", "one_cell", "bridge", "cancelling"}) {
     ambiguous = ambiguous || scene.name.find(part) != std::string::npos;
   }

@@ -41,7 +41,8 @@ TEST(TileCount, CountsEveryTileTheBoxTouches) {
 }
 
 TEST(CoverageOf, HasTheBitOfEveryCoveredPixelAndNoOther) {
-  using Program = TraceProgram<TraceTraits<false, false, float, MurakamiShape>>;
+  using Program =
+      TraceProgram<TraceTraits<ThresholdMode::kUniform, false, false, float, MurakamiShape>>;
   std::mt19937 random(1);
   for (int round = 0; round < 3000; ++round) {
     const int tx = 8 * static_cast<int>(random() % 5), ty = 8 * static_cast<int>(random() % 5);
@@ -179,23 +180,20 @@ TEST(MeasureBounds, BoxesHoldEveryRayThatMeetsTheMetaballAndFrontsAreLowerBounds
   }
 }
 
-TEST(ResolvePixels, AveragesColourAndTakesTheMiddleSampleOfThePlanes) {
-  constexpr int kWidth = 3, kHeight = 2, kSamples = 3;
+TEST(Resolve, AveragesColourAndTakesTheMiddleSampleOfThePlanes) {
+  constexpr int kWidth = 3, kHeight = 2, kSamples = 3, kComponents = 2;
   std::vector<Pixel> fine(kWidth * kHeight * kSamples * kSamples);
-  std::vector<float> fine_depth(fine.size());
-  std::vector<std::int32_t> fine_id(fine.size());
+  std::vector<float> fine_plane;
   for (std::size_t i = 0; i < fine.size(); ++i) {
     fine[i] = {static_cast<float>(i), 1.0f, 0.0f, i % 2 ? 1.0f : 0.0f};
-    fine_depth[i] = static_cast<float>(i);
-    fine_id[i] = static_cast<std::int32_t>(i);
+    for (int c = 0; c < kComponents; ++c) fine_plane.push_back(static_cast<float>(i) + 0.5f * c);
   }
   std::vector<Pixel> color(kWidth * kHeight);
-  std::vector<float> depth(color.size());
-  std::vector<std::int32_t> id(color.size());
-  const ResolvePixels body{kWidth,   kHeight,        kSamples,     fine.data(),  fine_depth.data(),
-                           nullptr,  fine_id.data(), color.data(), depth.data(), nullptr,
-                           id.data()};
-  for (std::size_t i = 0; i < color.size(); ++i) body(i);
+  std::vector<float> plane(color.size() * kComponents);
+  const ResolveColor resolve{kWidth, kSamples, fine.data(), color.data()};
+  for (std::size_t i = 0; i < color.size(); ++i) resolve(i);
+  const TakeMiddle<float> take{kWidth, kSamples, kComponents, fine_plane.data(), plane.data()};
+  for (std::size_t i = 0; i < plane.size(); ++i) take(i);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       const int middle = (y * kSamples + 1) * kWidth * kSamples + x * kSamples + 1;
@@ -203,8 +201,8 @@ TEST(ResolvePixels, AveragesColourAndTakesTheMiddleSampleOfThePlanes) {
       EXPECT_FLOAT_EQ(color[at].r, static_cast<float>(middle));  // the mean of a linear ramp
       EXPECT_FLOAT_EQ(color[at].g, 1.0f);
       EXPECT_NEAR(color[at].a, middle % 2 ? 5.0f / 9 : 4.0f / 9, 1e-6);
-      EXPECT_EQ(depth[at], static_cast<float>(middle));
-      EXPECT_EQ(id[at], middle);
+      EXPECT_EQ(plane[at * kComponents], static_cast<float>(middle));
+      EXPECT_EQ(plane[at * kComponents + 1], static_cast<float>(middle) + 0.5f);
     }
   }
 }

@@ -1,5 +1,6 @@
 #include "scenes.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -9,16 +10,19 @@
 #include "datasets_synthetic/random.h"
 #include "datasets_synthetic/stiff_cases.h"
 #include "metaball/cloud.h"
+#include "metaball/density/shapes.h"
 
 namespace sherd {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-enum Channels { kRadius = 1, kColor = 2 };
+enum Channels { kRadius = 1, kColor = 2, kThreshold = 4 };
 
-// Metaballs in a ball of radius 1, their radii spread geometrically over [radius / spread, radius].
-CloudInput Ball(int count, double radius, double spread, int channels, std::uint64_t seed) {
+// Metaballs in a ball of radius 1, their radii spread geometrically over [radius / spread, radius],
+// their thresholds evenly over 0.6 to 1.4 times the given one.
+CloudInput Ball(int count, double radius, double spread, int channels, std::uint64_t seed,
+                double threshold = 0.7) {
   synthetic::Rng random(seed);
   CloudInput input;
   input.uniform_radius = radius;
@@ -31,6 +35,7 @@ CloudInput Ball(int count, double radius, double spread, int channels, std::uint
       input.color.push_back({static_cast<std::uint8_t>(random.Index(256)),
                              static_cast<std::uint8_t>(random.Index(256)),
                              static_cast<std::uint8_t>(random.Index(256))});
+    if (channels & kThreshold) input.threshold.push_back(threshold * random.Uniform(0.6, 1.4));
   }
   return input;
 }
@@ -45,6 +50,8 @@ class Builder {
     FewMetaballs();
     Radii();
     Cameras();
+    Thresholds();
+    Densities();
     Stiff();
     return std::move(scenes_);
   }
@@ -143,11 +150,48 @@ class Builder {
     }
   }
 
+  void Thresholds() {
+    using enum ThresholdMode;
+    const auto add = [&](const std::string& name, CloudInput input, ThresholdMode mode) {
+      Scene scene = SceneOf(input);
+      scene.surface.mode = mode;
+      Add(name, std::move(scene), Front());
+    };
+    constexpr int kAll = kRadius | kColor | kThreshold;
+    add("blended_thresholds", Ball(2000, 0.3, 3, kAll, 12), kBlended);
+    add("blended_thresholds_one_radius_and_colour", Ball(2000, 0.2, 1, kThreshold, 13), kBlended);
+    add("blended_without_own_thresholds", Ball(2000, 0.3, 3, kRadius | kColor, 14), kBlended);
+    add("blended_thresholds_many_over_each_pixel", Ball(4000, 0.6, 2, kAll, 15), kBlended);
+    // So many that a ray in floats sums them up in doubles.
+    add("blended_thresholds_a_thousand_over_each_pixel", Ball(4000, 1.2, 1.5, kAll, 16), kBlended);
+    add("blended_thresholds_two_orders_of_radii", Ball(2000, 0.3, 150, kAll, 17), kBlended);
+    add("gated_thresholds", Ball(2000, 0.3, 3, kAll, 18), kGated);
+    add("gated_without_own_thresholds", Ball(2000, 0.3, 3, kRadius | kColor, 19), kGated);
+  }
+
+  void Densities() {
+    using enum ThresholdMode;
+    for (const ThresholdMode mode : {kUniform, kBlended, kSummed, kGated}) {
+      for (const DensityModel& density : AllDensities()) {
+        if (mode == kBlended && !IsNonNegative(density)) continue;
+        const double threshold = (mode == kSummed ? 0.02 : 0.5) * std::min(PeakOf(density), 5.0);
+        Scene scene =
+            SceneOf(Ball(400, 0.3, 4, kRadius | kColor | kThreshold, 20, threshold), threshold);
+        scene.surface.density = density;
+        scene.surface.mode = mode;
+        const DensityShape shape = ResolveDensity(density).shape;
+        CheckScene& added = Add(NameOf(mode) + "_" + TextOf(density), std::move(scene),
+                                Front().Resized(width_ / 2, height_ / 2));
+        added.creased = std::abs(ShapeSlope(shape, 1 - 1e-9)) >= 1e-3;
+        added.jumps = mode == kSummed;
+      }
+    }
+  }
+
   // The table of stiff cases, where it is the reference's picture that must come out.
   void Stiff() {
     for (StiffCase& stiff : MakeStiffCases()) {
       if (stiff.expect != StiffCase::Expect::kReference) continue;
-      if (stiff.scene.surface.mode != ThresholdMode::kUniform) continue;
       CheckScene& scene = Add(stiff.name, std::move(stiff.scene), stiff.camera);
       scene.depth_tolerance = stiff.depth_tolerance;
       scene.normal_tolerance_deg = stiff.normal_tolerance_deg;
@@ -160,6 +204,19 @@ class Builder {
 };
 
 }  // namespace
+
+std::string WhyOff(const CheckScene& scene, const Frame& frame, const FrameDifference& d) {
+  const bool depths_jump = scene.jumps && (scene.creased || frame.stats.grazing > 0);
+  if (frame.stats.unresolved != 0) return "rays were given up";
+  if (d.missed != 0 || d.invented != 0) return "pixels are missed or invented";
+  if ((depths_jump ? d.depth_p99 : d.depth_max) > scene.depth_tolerance) return "depths are off";
+  const std::uint64_t rim_pixels = scene.creased ? d.pixels / 1000 : 0;
+  if (!(scene.jumps && scene.creased) && d.color_off > rim_pixels) return "colours are off";
+  if (!scene.creased && !scene.jumps && d.normal_max_deg > scene.normal_tolerance_deg) {
+    return "normals are off";
+  }
+  return "";
+}
 
 std::vector<CheckScene> MakeCheckScenes(std::uint64_t count, int width, int height) {
   return Builder(count, width, height).Make();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "metaball/camera.h"
+#include "metaball/frame_difference.h"
 #include "metaball/scene.h"
 
 namespace sherd {
@@ -20,7 +21,16 @@ struct CheckScene {
   // hold where the camera is far.
   double depth_tolerance = 1e-4;
   double normal_tolerance_deg = 0.1;
+  // Where the density ends with a slope, rounding says on which side of a rim a hit lies: normals
+  // and a thousandth of the colours may be off there.
+  bool creased = false;
+  // Where thresholds are summed the field jumps at rims, and whole surfaces are rims: colours may
+  // be off anywhere, a hundredth of the depths too where one is passed for less than the tolerance.
+  bool jumps = false;
 };
+
+// What a frame may be off by; empty where it keeps to that, else one line.
+std::string WhyOff(const CheckScene& scene, const Frame& frame, const FrameDifference& difference);
 
 // count: metaballs of the two peer scenes; width x height: of most pictures. Deterministic.
 std::vector<CheckScene> MakeCheckScenes(std::uint64_t count, int width, int height);
