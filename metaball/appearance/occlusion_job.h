@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "metaball/appearance/support_tree.h"
+#include "metaball/appearance/support_tree_view.h"
 #include "metaball/density/model.h"
 #include "metaball/scene.h"
 #include "metaball/tile_march.h"
@@ -18,7 +18,7 @@ struct OcclusionRay {
 };
 
 struct OcclusionJob {
-  const SupportTree* tree = nullptr;
+  SupportTreeView tree;
   TileList list;  // the whole cloud by index; no order and no fronts
   DensityShape shape;
   ThresholdMode mode = ThresholdMode::kUniform;
@@ -27,6 +27,11 @@ struct OcclusionJob {
 
 using OcclusionCaster = void (*)(const OcclusionJob& job, const OcclusionRay* rays, int count,
                                  RayCounts* counts, std::uint8_t* occluded);
+
+// tree.BeamAlong, compiled apart from the casters: with the vectors' instructions sums and products
+// would be rounded together, and beams would differ from machine to machine.
+Beam BeamThrough(const SupportTreeView& tree, const Vec3d& origin, const Vec3d& direction,
+                 double spread, double begin, double end);
 
 // In packets of rays with the widest vectors this machine has (occlusion_packets-inl.h); not in the
 // core build, which is without Highway.
