@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "metaball/appearance/occlusion_rays.h"
 #include "metaball/appearance/support_tree_view.h"
 #include "metaball/density/model.h"
 #include "metaball/scene.h"
@@ -10,12 +11,6 @@
 #include "metaball/vec.h"
 
 namespace sherd {
-
-// The points origin + t direction with begin <= t <= end, local units. end may be infinite.
-struct OcclusionRay {
-  Vec3d origin{}, direction{};  // direction of unit length
-  double begin = 0, end = 0;
-};
 
 struct OcclusionJob {
   SupportTreeView tree;
