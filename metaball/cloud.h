@@ -14,6 +14,7 @@
 
 #include "metaball/channel.h"
 #include "metaball/color.h"
+#include "metaball/hostdevice.h"
 #include "metaball/vec.h"
 
 namespace sherd {
@@ -23,8 +24,8 @@ struct LocalFrame {
   Vec3d origin{};     // the world point that is local (0, 0, 0)
   double unit = 1.0;  // world length of one local unit; a power of two, > 0
 
-  Vec3d WorldFromLocal(const Vec3f& p) const { return origin + unit * p.cast<double>(); }
-  Vec3d LocalFromWorld(const Vec3d& p) const { return (p - origin) / unit; }
+  SHERD_HD Vec3d WorldFromLocal(const Vec3f& p) const { return origin + unit * p.cast<double>(); }
+  SHERD_HD Vec3d LocalFromWorld(const Vec3d& p) const { return (p - origin) / unit; }
 
   // The frame whose box [-1, 1]^3 holds the box [min, max]: centred, unit the next power of two.
   // A degenerate box (one point) gets unit 1.

@@ -35,10 +35,11 @@ SHERD_HD std::uint8_t Quantize8(float v) {
 // 256 linear values, one for each encoded byte. Host only; built once, thread-safe.
 const float* SrgbToLinearTable();
 
-inline Vec3f LinearFromRgb8(Rgb8 c) {
-  const float* table = SrgbToLinearTable();
+// table: 256 linear values, or a copy of them on a device.
+SHERD_HD Vec3f LinearFromRgb8(Rgb8 c, const float* table) {
   return {table[c.r], table[c.g], table[c.b]};
 }
+inline Vec3f LinearFromRgb8(Rgb8 c) { return LinearFromRgb8(c, SrgbToLinearTable()); }
 inline Rgb8 Rgb8FromLinear(const Vec3f& c) {
   return {Quantize8(SrgbFromLinear(c.x)), Quantize8(SrgbFromLinear(c.y)),
           Quantize8(SrgbFromLinear(c.z))};

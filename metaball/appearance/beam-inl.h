@@ -1,5 +1,6 @@
 // No guard: included for plain numbers by occlusion.cc, and once for each instruction set, for
-// vectors of boxes and metaballs, by occlusion_packets-inl.h.
+// vectors of boxes and metaballs, by occlusion_packets-inl.h. With SHERD_HD for SHERD_FORMULA it
+// compiles for the GPU. Needs bits.h and support_tree_view.h.
 //
 // Which boxes and supports of a SupportTree a beam may meet. Errs only towards too many.
 
@@ -33,28 +34,39 @@ SHERD_FORMULA auto BeamMeetsSupport(const Beam& beam, T cx, T cy, T cz, T radius
   return Both(across2 <= reach * reach, Both(*exit >= T(beam.begin), *front <= T(beam.end)));
 }
 
-// Calls visitor.Boxes(level, first) for the sixteens of boxes a beam may come to, which returns
-// which of them it meets (bit 0: the first), and visitor.Metaballs(first) for the sixteens of
+// Calls visitor->Boxes(level, first) for the sixteens of boxes a beam may come to, which returns
+// which of them it meets (bit 0: the first), and visitor->Metaballs(first) for the sixteens of
 // metaballs in the leaves it meets.
 template <class Visitor>
-SHERD_FORMULA void WalkTree(const SupportTree& tree, Visitor* visitor) {
+SHERD_FORMULA void WalkTree(const SupportTreeView& tree, Visitor* visitor) {
+  constexpr std::uint32_t kWidth = SupportTreeView::kWidth;
+  // The way down to where the walk is: on every level the first of a sixteen and those of it that
+  // are still to be gone into.
   struct Sixteen {
-    std::uint32_t level, first;
+    std::uint32_t first, rest;
   };
-  Sixteen stack[8 * SupportTree::kWidth];  // 16^8 metaballs are 2^32
-  int top = 0;
-  stack[top++] = {static_cast<std::uint32_t>(tree.levels.size() - 1), 0};
-  while (top > 0) {
-    const Sixteen at = stack[--top];
-    std::uint32_t met = visitor->Boxes(tree.levels[at.level], at.first);
-    for (; met != 0; met &= met - 1) {
-      const std::uint32_t first =
-          (at.first + static_cast<std::uint32_t>(std::countr_zero(met))) * SupportTree::kWidth;
-      if (at.level == 0) {
-        visitor->Metaballs(first);
-      } else {
-        stack[top++] = {at.level - 1, first};
+  Sixteen way[SupportTreeView::kMostLevels];
+  const int top = tree.levels - 1;
+  int k = top;
+  way[k] = {0, visitor->Boxes(tree.level[k], 0)};
+  for (;;) {
+    Sixteen& at = way[k];
+    if (k == 0) {
+      for (; at.rest != 0; at.rest &= at.rest - 1) {
+        visitor->Metaballs((at.first + static_cast<std::uint32_t>(LowestBit(at.rest))) * kWidth);
       }
     }
+    if (at.rest == 0) {
+      if (k == top) return;
+      ++k;
+      continue;
+    }
+    // From the last to the first: in the order in which they are found here, packets of rays sum
+    // metaballs up.
+    const int next = HighestBit(at.rest);
+    at.rest ^= std::uint32_t{1} << next;
+    const std::uint32_t first = (at.first + static_cast<std::uint32_t>(next)) * kWidth;
+    --k;
+    way[k] = {first, visitor->Boxes(tree.level[k], first)};
   }
 }

@@ -10,8 +10,6 @@
 namespace sherd {
 namespace {
 
-constexpr std::size_t kSteps = 1024;  // of the table, which is interpolated in its turn
-
 Vec3f OklabFromLinear(const Vec3f& c) {
   const float l = std::cbrt(0.4122214708f * c.x + 0.5363325363f * c.y + 0.0514459929f * c.z);
   const float m = std::cbrt(0.2119034982f * c.x + 0.6806995451f * c.y + 0.1073969566f * c.z);
@@ -65,20 +63,13 @@ ColorMap::ColorMap(std::string name, const std::vector<Rgb8>& nodes)
   if (nodes_.size() < 2) throw Error("a colour map needs at least two colours");
   std::vector<Vec3f> lab;
   for (const Rgb8& node : nodes_) lab.push_back(OklabFromLinear(LinearFromRgb8(node)));
-  for (std::size_t i = 0; i <= kSteps; ++i) {
+  constexpr int kSteps = ColorMapView::kSteps;
+  for (int i = 0; i <= kSteps; ++i) {
     const float x = static_cast<float>(i) / kSteps * static_cast<float>(lab.size() - 1);
     const std::size_t k = std::min(static_cast<std::size_t>(x), lab.size() - 2);
     const float part = x - static_cast<float>(k);
     table_.push_back(LinearFromOklab(lab[k] * (1.0f - part) + lab[k + 1] * part));
   }
-}
-
-Vec3f ColorMap::At(double t) const {
-  if (std::isnan(t)) return kNoValue;
-  const double x = std::clamp(t, 0.0, 1.0) * kSteps;
-  const std::size_t k = std::min(static_cast<std::size_t>(x), kSteps - 1);
-  const auto part = static_cast<float>(x - static_cast<double>(k));
-  return table_[k] * (1.0f - part) + table_[k + 1] * part;
 }
 
 ColorMap ColorMap::Reversed() const {

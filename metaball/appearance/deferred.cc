@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
 
 #include "metaball/appearance/box_filter.h"
@@ -73,10 +72,13 @@ void KeepPlanes(const Planes& wanted, Frame* frame) {
 void ShadeFrame(const Scene& scene, const Camera& camera, int threads, const Control& control,
                 Frame* frame) {
   const Appearance& appearance = scene.appearance;
-  std::optional<PseudoColorPass> pseudo;
-  if (appearance.color == ColorSource::kQuantity) pseudo.emplace(scene, camera, *frame);
-  const TexturePass texture(appearance.texture, *frame);
-  const NormalPass normals(appearance, *frame);
+  QuantityView quantity;
+  TextureView texture;
+  VolumeView volume;
+  if (appearance.color == ColorSource::kQuantity) quantity = QuantityOf(scene, camera, *frame);
+  if (appearance.color == ColorSource::kTexture) texture = TextureOf(appearance.texture, *frame);
+  if (appearance.color == ColorSource::kVolume) volume = appearance.volume->view();
+  const NormalView normals = NormalsOf(appearance, *frame);
   const LightPass light(scene, camera, *frame, threads, control);
   frame->stats.unresolved += light.unresolved();
   ParallelFor(frame->height, threads, [&](std::int64_t y, int) {
@@ -84,7 +86,8 @@ void ShadeFrame(const Scene& scene, const Camera& camera, int threads, const Con
     for (int x = 0; x < frame->width; ++x) {
       const std::size_t pixel = static_cast<std::size_t>(y) * frame->width + x;
       if (!(frame->depth[pixel] > 0.0f)) continue;
-      const SurfacePoint point = SurfacePointAt(camera, *frame, x, static_cast<int>(y));
+      const SurfacePoint point = SurfacePointAt(camera, frame->depth.data(), frame->normal.data(),
+                                                frame->width, x, static_cast<int>(y));
       const Vec3f normal = normals.NormalAt(point);
       Pixel& out = frame->color[pixel];
       Vec3f color{out.r, out.g, out.b};
@@ -92,16 +95,16 @@ void ShadeFrame(const Scene& scene, const Camera& camera, int threads, const Con
         case ColorSource::kBlended:
           break;
         case ColorSource::kQuantity:
-          color = pseudo->ColorAt(pixel, point.position, normal);
+          color = quantity.ColorAt(pixel, point.position, normal);
           break;
         case ColorSource::kTexture:
           color = texture.ColorAt(point);
           break;
         case ColorSource::kVolume:
-          color = appearance.volume->At(point.position);
+          color = volume.At(point.position);
           break;
       }
-      color = light.Lit(pixel, color, point.position, normal, point.to_viewer);
+      color = light.view().Lit(pixel, color, point.position, normal, point.to_viewer);
       out = {color.x, color.y, color.z, out.a};
     }
   });

@@ -71,11 +71,10 @@ void ForEachHitGroup(const Scene& scene, const Camera& camera, const Frame& fram
         const std::size_t pixel = static_cast<std::size_t>(y) * frame.width + x;
         const double depth = frame.depth[pixel];
         if (!(depth > 0)) continue;
-        const RayD ray = RayThrough(camera, x + 0.5, y + 0.5);
         const double radius =
             static_cast<double>(cloud.RadiusOf(frame.id[pixel])) * scene.surface.radius_scale;
         tile.push_back(
-            {pixel, cloud.frame.LocalFromWorld(ray.origin + ray.direction * depth), radius});
+            HitPointAt(camera, cloud.frame, frame.depth.data(), frame.width, x, y, radius));
         nearest = std::min(nearest, depth);
       }
       if (tile.empty()) continue;

@@ -2,23 +2,16 @@
 // them.
 #pragma once
 
-#include <cstddef>
 #include <functional>
 #include <vector>
 
+#include "metaball/appearance/occlusion_rays.h"
 #include "metaball/camera.h"
 #include "metaball/control.h"
 #include "metaball/frame.h"
 #include "metaball/scene.h"
-#include "metaball/vec.h"
 
 namespace sherd {
-
-struct HitPoint {
-  std::size_t pixel = 0;
-  Vec3d position{};   // local units
-  double radius = 0;  // of the metaball there, local units
-};
 
 // Calls visit(group, worker) for groups of 1 to 64 hits that lie together both in the picture and
 // in space; every hit is in one group. The groups do not depend on the number of threads; the order

@@ -1,10 +1,10 @@
 #include "metaball/appearance/occlusion.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numbers>
 
+#include "metaball/bits.h"
 #include "metaball/precision.h"
 
 namespace sherd {
@@ -16,13 +16,13 @@ namespace {
 
 // Collects what one ray may meet.
 struct Collector {
-  const SupportTree& tree;
+  const SupportTreeView& tree;
   const Beam& beam;
   std::vector<TileEntry>* found;
 
-  std::uint32_t Boxes(const SupportTree::Level& level, std::uint32_t first) const {
+  std::uint32_t Boxes(const SupportTreeLevelView& level, std::uint32_t first) const {
     std::uint32_t met = 0;
-    for (std::uint32_t b = 0; b < SupportTree::kWidth; ++b) {
+    for (std::uint32_t b = 0; b < SupportTreeView::kWidth; ++b) {
       const std::uint32_t k = first + b;
       met |= static_cast<std::uint32_t>(BeamMeetsBox(beam, level.min_x[k], level.min_y[k],
                                                      level.min_z[k], level.max_x[k], level.max_y[k],
@@ -32,7 +32,7 @@ struct Collector {
     return met;
   }
   void Metaballs(std::uint32_t first) const {
-    for (std::uint32_t k = first; k < first + SupportTree::kWidth; ++k) {
+    for (std::uint32_t k = first; k < first + SupportTreeView::kWidth; ++k) {
       float front = 0, exit = 0;
       if (!BeamMeetsSupport(beam, tree.x[k], tree.y[k], tree.z[k], tree.radius[k], &front, &exit)) {
         continue;
@@ -73,12 +73,17 @@ Vec3d FibonacciDirection(int k, int n) {
   return {around * std::cos(angle), around * std::sin(angle), z};
 }
 
+Beam BeamThrough(const SupportTreeView& tree, const Vec3d& origin, const Vec3d& direction,
+                 double spread, double begin, double end) {
+  return tree.BeamAlong(origin, direction, spread, begin, end);
+}
+
 Occlusion::Occlusion(const Scene& scene, int threads)
     : tree_(*scene.cloud,
             scene.surface.radius_scale * ResolveDensity(scene.surface.density).support, threads) {
   const Cloud& cloud = *scene.cloud;
   const ResolvedDensity density = ResolveDensity(scene.surface.density);
-  job_.tree = &tree_;
+  job_.tree = tree_.view();
   job_.shape = density.shape;
   job_.mode = scene.surface.mode;
   job_.double_precision = HasWideRadii(cloud) || HasStiffThreshold(scene.surface);
@@ -109,11 +114,11 @@ bool Occlusion::CastOne(const OcclusionRay& ray, Scratch* scratch) const {
   const double length = ray.end - ray.begin;
   if (!(length > 0)) return false;
   const RayD from{ray.origin + ray.direction * ray.begin, ray.direction};
-  const Beam beam = tree_.BeamAlong(from.origin, from.direction, 0, 0, length);
+  const Beam beam = job_.tree.BeamAlong(from.origin, from.direction, 0, 0, length);
   std::vector<TileEntry>& entries = scratch->entries;
   entries.clear();
-  Collector collector{tree_, beam, &entries};
-  WalkTree(tree_, &collector);
+  Collector collector{job_.tree, beam, &entries};
+  WalkTree(job_.tree, &collector);
   if (entries.empty()) return false;
   // The list of a tile that only this ray passes, nearest first.
   std::sort(entries.begin(), entries.end(), [](const TileEntry& a, const TileEntry& b) {

@@ -3,7 +3,8 @@
 
 #include <cstdint>
 
-#include "metaball/appearance/support_tree.h"
+#include "metaball/appearance/occlusion_rays.h"
+#include "metaball/appearance/support_tree_view.h"
 #include "metaball/density/model.h"
 #include "metaball/scene.h"
 #include "metaball/tile_march.h"
@@ -11,14 +12,8 @@
 
 namespace sherd {
 
-// The points origin + t direction with begin <= t <= end, local units. end may be infinite.
-struct OcclusionRay {
-  Vec3d origin{}, direction{};  // direction of unit length
-  double begin = 0, end = 0;
-};
-
 struct OcclusionJob {
-  const SupportTree* tree = nullptr;
+  SupportTreeView tree;
   TileList list;  // the whole cloud by index; no order and no fronts
   DensityShape shape;
   ThresholdMode mode = ThresholdMode::kUniform;
@@ -27,6 +22,11 @@ struct OcclusionJob {
 
 using OcclusionCaster = void (*)(const OcclusionJob& job, const OcclusionRay* rays, int count,
                                  RayCounts* counts, std::uint8_t* occluded);
+
+// tree.BeamAlong, compiled apart from the casters: with the vectors' instructions sums and products
+// would be rounded together, and beams would differ from machine to machine.
+Beam BeamThrough(const SupportTreeView& tree, const Vec3d& origin, const Vec3d& direction,
+                 double spread, double begin, double end);
 
 // In packets of rays with the widest vectors this machine has (occlusion_packets-inl.h); not in the
 // core build, which is without Highway.

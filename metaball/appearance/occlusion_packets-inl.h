@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "metaball/appearance/occlusion_job.h"
+#include "metaball/bits.h"
 #include "metaball/packet_window-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -67,9 +68,9 @@ class BeamCollector {
   using F = Lanes<float>;
 
  public:
-  SHERD_PACKET_INLINE BeamCollector(const SupportTree& tree, const Beam& beam, BeamFinds* finds)
+  SHERD_PACKET_INLINE BeamCollector(const SupportTreeView& tree, const Beam& beam, BeamFinds* finds)
       : tree_(tree), beam_(beam), finds_(*finds) {}
-  SHERD_PACKET_INLINE std::uint32_t Boxes(const SupportTree::Level& level,
+  SHERD_PACKET_INLINE std::uint32_t Boxes(const SupportTreeLevelView& level,
                                           std::uint32_t first) const {
     return MaskOfSixteen([&](std::size_t b) HWY_ATTR {
       const std::size_t k = first + b;
@@ -96,7 +97,7 @@ class BeamCollector {
   }
 
  private:
-  const SupportTree& tree_;
+  const SupportTreeView& tree_;
   const Beam& beam_;
   BeamFinds& finds_;
 };
@@ -120,7 +121,7 @@ struct RayBundle {
   double turn_x[kMost], turn_y[kMost], turn_z[kMost];
   double ray_begin[kMost], ray_end[kMost];
 
-  SHERD_PACKET_INLINE void Aim(const SupportTree& tree, const OcclusionRay* rays, int n) {
+  SHERD_PACKET_INLINE void Aim(const SupportTreeView& tree, const OcclusionRay* rays, int n) {
     count = n;
     Vec3d lo = rays[0].origin, hi = lo, sum{};
     for (int i = 0; i < n; ++i) {
@@ -162,8 +163,8 @@ struct RayBundle {
   SHERD_PACKET_INLINE Vec3d Offset(int i, double t) const {
     return {offset_x[i] + t * turn_x[i], offset_y[i] + t * turn_y[i], offset_z[i] + t * turn_z[i]};
   }
-  Beam BeamIn(const SupportTree& tree) const {
-    return tree.BeamAlong(origin, direction, spread, begin, end);
+  Beam BeamIn(const SupportTreeView& tree) const {
+    return BeamThrough(tree, origin, direction, spread, begin, end);
   }
 };
 
@@ -197,10 +198,10 @@ class OcclusionPackets {
     BeamFinds& finds = memory_.finds;
     finds.Clear();
     RayBundle<kBundle> bundle;
-    bundle.Aim(*job_.tree, rays, count);
-    const Beam beam = bundle.BeamIn(*job_.tree);
-    BeamCollector collector(*job_.tree, beam, &finds);
-    WalkTree(*job_.tree, &collector);
+    bundle.Aim(job_.tree, rays, count);
+    const Beam beam = bundle.BeamIn(job_.tree);
+    BeamCollector collector(job_.tree, beam, &finds);
+    WalkTree(job_.tree, &collector);
     finds.Pad();
     const int lanes = L::Count();
     for (int first = 0; first < count; first += lanes) {
@@ -252,8 +253,8 @@ class OcclusionPackets {
 
   SHERD_PACKET_INLINE void CastPacket(const OcclusionRay* rays, int count, std::uint8_t* occluded) {
     RayBundle<kMaxLanes> bundle;
-    bundle.Aim(*job_.tree, rays, count);
-    Narrow(bundle.BeamIn(*job_.tree));
+    bundle.Aim(job_.tree, rays, count);
+    Narrow(bundle.BeamIn(job_.tree));
     const int lanes = L::Count();
     for (int i = 0; i < lanes; ++i) {
       const OcclusionRay& ray = rays[std::min(i, count - 1)];

@@ -2,54 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "metaball/error.h"
 
 namespace sherd {
-
-void TextureProjection::At(const Vec3d& point, double* u, double* v) const {
-  const Vec3d offset = point - center;
-  const double x = Dot(offset, right) / size.x;
-  const double y = Dot(offset, up) / size.y;
-  const double z = Dot(offset, forward) / size.z;
-  constexpr double kTurn = 2 * std::numbers::pi;
-  switch (kind) {
-    case ProjectionKind::kPlanar:
-      *u = x + 0.5;
-      *v = y + 0.5;
-      return;
-    case ProjectionKind::kCylindrical:
-    case ProjectionKind::kSpherical: {
-      // Angles are those of the world, not of the box; the viewer who looks along `forward` sees
-      // the image's middle upright in front of them, its right half to the right.
-      const double east = Dot(offset, right), north = Dot(offset, up);
-      const double towards = -Dot(offset, forward);
-      const double around = std::hypot(east, towards);
-      *u = (around > 0 ? std::atan2(east, towards) / kTurn : 0.0) + 0.5;
-      *v = kind == ProjectionKind::kCylindrical
-               ? y + 0.5
-               : (around > 0 || north != 0 ? std::atan2(north, around) / std::numbers::pi : 0.0) +
-                     0.5;
-      return;
-    }
-    case ProjectionKind::kCubic: {
-      const double ax = std::abs(x), ay = std::abs(y), az = std::abs(z);
-      // Upright on the four sides; on the upper and the lower side `forward` is the image's up.
-      if (ay > ax && ay > az) {
-        *u = x + 0.5;
-        *v = (y > 0 ? z : -z) + 0.5;
-      } else if (ax > az) {
-        *u = (x > 0 ? z : -z) + 0.5;
-        *v = y + 0.5;
-      } else {
-        *u = (z > 0 ? -x : x) + 0.5;
-        *v = y + 0.5;
-      }
-      return;
-    }
-  }
-}
 
 TextureProjection FitProjection(const Cloud& cloud, ProjectionKind kind, const Vec3d& forward,
                                 const Vec3d& up) {

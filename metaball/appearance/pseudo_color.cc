@@ -6,21 +6,12 @@
 
 #include "metaball/appearance/gather.h"
 #include "metaball/error.h"
-#include "metaball/morton.h"
 
 namespace sherd {
 namespace {
 
 constexpr std::size_t kRangeSamples = 65536;
 constexpr double kRangeTail = 0.02;
-constexpr int kMortonBits = 10;  // levels of the thesis's octree
-
-double ComponentOf(const float* v, int components, int component) {
-  if (component >= 0) return v[component];
-  double sum = 0;
-  for (int k = 0; k < components; ++k) sum += static_cast<double>(v[k]) * v[k];
-  return std::sqrt(sum);
-}
 
 void CheckComponent(const Channel& channel, int component) {
   if (component >= -1 && component < channel.components()) return;
@@ -125,66 +116,39 @@ ColorRange RangeOf(const Scene& scene, const Camera& camera) {
   });
 }
 
-PseudoColorPass::PseudoColorPass(const Scene& scene, const Camera& camera, const Frame& frame)
-    : pseudo_(scene.appearance.pseudo),
-      map_(MapOf(pseudo_)),
-      frame_(frame),
-      range_(RangeOf(scene, camera)),
-      axis_(Normalized(pseudo_.axis)),
-      eye_(camera.eye) {
-  if (pseudo_.quantity == Quantity::kChannel) {
-    CheckComponent(ChannelNamed(*scene.cloud, pseudo_.channel), pseudo_.component);
-    for (const ChannelPlane& plane : frame.channels) {
-      if (plane.name == pseudo_.channel) plane_ = &plane;
-    }
+QuantityView MakeQuantityView(const Scene& scene, const Camera& camera) {
+  const PseudoColor& pseudo = scene.appearance.pseudo;
+  QuantityView view;
+  view.quantity = pseudo.quantity;
+  view.range = RangeOf(scene, camera);
+  view.axis = Normalized(pseudo.axis);
+  view.eye = camera.eye;
+  view.point = pseudo.point;
+  view.map = MapOf(pseudo).view();
+  if (pseudo.quantity == Quantity::kChannel) {
+    const Channel& channel = ChannelNamed(*scene.cloud, pseudo.channel);
+    CheckComponent(channel, pseudo.component);
+    view.components = channel.components();
+    view.component = pseudo.component;
   }
-  if (pseudo_.quantity == Quantity::kMortonKey) {
+  if (pseudo.quantity == Quantity::kMortonKey) {
     const Box3f box = scene.cloud->CenterBox();
     const Vec3f size = box.max - box.min;
     const float side = std::max({size.x, size.y, size.z});
-    cube_min_ = scene.cloud->frame.WorldFromLocal(box.min);
-    cube_side_ = (side > 0 ? side : 1) * scene.cloud->frame.unit;
+    view.cube_min = scene.cloud->frame.WorldFromLocal(box.min);
+    view.cube_side = (side > 0 ? side : 1) * scene.cloud->frame.unit;
   }
+  return view;
 }
 
-double PseudoColorPass::ValueAt(std::size_t pixel, const Vec3d& point) const {
-  switch (pseudo_.quantity) {
-    case Quantity::kIntensity:
-      return frame_.intensity[pixel];
-    case Quantity::kField:
-      return frame_.weight[pixel];
-    case Quantity::kPosition:
-      return Dot(point, axis_);
-    case Quantity::kCameraDistance:
-      return Length(point - eye_);
-    case Quantity::kPointDistance:
-      return Length(point - pseudo_.point);
-    case Quantity::kMortonKey: {
-      const auto cell = [&](double v) {
-        const double x = v / cube_side_ * (1 << kMortonBits);
-        return static_cast<std::uint32_t>(
-            std::clamp(x, 0.0, static_cast<double>((1 << kMortonBits) - 1)));
-      };
-      const Vec3d p = point - cube_min_;
-      return static_cast<double>(MortonKey63(cell(p.x), cell(p.y), cell(p.z))) /
-             static_cast<double>((1u << 3 * kMortonBits) - 1);
-    }
-    default:
-      break;
+QuantityView QuantityOf(const Scene& scene, const Camera& camera, const Frame& frame) {
+  QuantityView view = MakeQuantityView(scene, camera);
+  view.intensity = frame.intensity.data();
+  view.weight = frame.weight.data();
+  for (const ChannelPlane& plane : frame.channels) {
+    if (plane.name == scene.appearance.pseudo.channel) view.channel = plane.values.data();
   }
-  const auto components = static_cast<std::size_t>(plane_->components);
-  return ComponentOf(&plane_->values[pixel * components], plane_->components, pseudo_.component);
-}
-
-Vec3f PseudoColorPass::ColorAt(std::size_t pixel, const Vec3d& point, const Vec3f& normal) const {
-  if (pseudo_.quantity == Quantity::kNormal) {
-    // As picture programs show normal maps: the encoded value is (n + 1) / 2.
-    const auto value = [](float v) {
-      return LinearFromSrgb(std::clamp(0.5f * v + 0.5f, 0.0f, 1.0f));
-    };
-    return {value(normal.x), value(normal.y), value(normal.z)};
-  }
-  return map_.At((ValueAt(pixel, point) - range_.lo) / (range_.hi - range_.lo));
+  return view;
 }
 
 }  // namespace sherd

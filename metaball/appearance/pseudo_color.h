@@ -1,10 +1,10 @@
 // Quantities as colours (thesis 3.2-3.4): the value at a surface point and the range of the map.
 #pragma once
 
-#include <cstddef>
 #include <string>
 
 #include "metaball/appearance/appearance.h"
+#include "metaball/appearance/quantity_view.h"
 #include "metaball/camera.h"
 #include "metaball/cloud.h"
 #include "metaball/frame.h"
@@ -28,26 +28,12 @@ std::string TitleOf(const PseudoColor& pseudo);
 // Throws Error for a range that is empty, a channel or component that does not exist.
 ColorRange RangeOf(const Scene& scene, const Camera& camera);
 
-// The quantity prepared for one frame.
-class PseudoColorPass {
- public:
-  // The frame must hold the planes that the quantity needs (deferred.h).
-  PseudoColorPass(const Scene& scene, const Camera& camera, const Frame& frame);
+// All but the planes, the map's table that of MapOf. Throws Error as RangeOf does, and for a
+// channel or component that does not exist.
+QuantityView MakeQuantityView(const Scene& scene, const Camera& camera);
 
-  // Linear light. point: the hit, world. normal: unit.
-  Vec3f ColorAt(std::size_t pixel, const Vec3d& point, const Vec3f& normal) const;
-
- private:
-  double ValueAt(std::size_t pixel, const Vec3d& point) const;
-
-  const PseudoColor& pseudo_;
-  const ColorMap& map_;
-  const Frame& frame_;
-  const ChannelPlane* plane_ = nullptr;
-  ColorRange range_;
-  Vec3d axis_, eye_;
-  Vec3d cube_min_{};  // world
-  double cube_side_ = 1;
-};
+// The same with the planes of a frame, which holds those that the quantity needs (deferred.h).
+// Scene and frame must live on unchanged.
+QuantityView QuantityOf(const Scene& scene, const Camera& camera, const Frame& frame);
 
 }  // namespace sherd

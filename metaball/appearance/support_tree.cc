@@ -1,6 +1,7 @@
 #include "metaball/appearance/support_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -13,8 +14,6 @@ namespace {
 constexpr std::size_t kWidth = SupportTree::kWidth;
 // Where no beam comes: squares of it are infinite.
 constexpr float kNowhere = 1e30f;
-// What a beam's arithmetic in floats may lose, as a share of the coordinates.
-constexpr double kRounding = 2e-6;
 constexpr std::size_t kLeavesPerTask = 1024;
 
 std::size_t Sixteens(std::size_t n) { return (n + kWidth - 1) / kWidth; }
@@ -94,7 +93,7 @@ SupportTree::SupportTree(const Cloud& cloud, double radius_scale, int threads) {
           radius[k] = 0;
           continue;
         }
-        const std::uint32_t i = IndexOf(k);
+        const std::size_t i = order.empty() ? k : order[k];
         const Vec3f& c = cloud.center[i];
         const auto r = static_cast<float>(cloud.RadiusOf(i) * radius_scale * (1 + 1e-6));
         x[k] = c.x;
@@ -147,28 +146,22 @@ SupportTree::SupportTree(const Cloud& cloud, double radius_scale, int threads) {
   reach = 0.5 * Length(hi - lo) * (1 + 1e-6);
 }
 
-Beam SupportTree::BeamAlong(const Vec3d& origin, const Vec3d& direction, double spread,
-                            double begin, double end) const {
-  const auto inverse = [](double v) {
-    constexpr double kLargest = 1e12;
-    const double inverted = 1.0 / v;
-    return static_cast<float>(std::abs(inverted) < kLargest ? inverted
-                                                            : std::copysign(kLargest, v));
-  };
-  const auto largest = [](const Vec3d& v) {
-    return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-  };
-  const double from_middle = Length(origin - middle);
-  const double coordinates = largest(origin) + largest(middle) + reach + from_middle;
-  const double slack = kRounding * coordinates;
-  Beam beam;
-  beam.origin = origin.cast<float>();
-  beam.direction = direction.cast<float>();
-  beam.inverse = {inverse(direction.x), inverse(direction.y), inverse(direction.z)};
-  beam.spread = static_cast<float>(spread * (1 + 1e-6) + slack);
-  beam.begin = static_cast<float>(begin - slack);
-  beam.end = static_cast<float>(std::min(end, from_middle + reach + spread) + slack);
-  return beam;
+SupportTreeView SupportTree::view() const {
+  SupportTreeView view;
+  for (const Level& from : levels) {
+    view.level[view.levels++] = {from.min_x.data(), from.min_y.data(), from.min_z.data(),
+                                 from.max_x.data(), from.max_y.data(), from.max_z.data(),
+                                 from.size()};
+  }
+  view.x = x.data();
+  view.y = y.data();
+  view.z = z.data();
+  view.radius = radius.data();
+  view.order = order.empty() ? nullptr : order.data();
+  view.size = x.size();
+  view.middle = middle;
+  view.reach = reach;
+  return view;
 }
 
 }  // namespace sherd

@@ -1,56 +1,25 @@
-// What the passes over a finished frame know of a hit, and texture lookups there.
+// Textures and normals prepared for one frame: what the views of them point at.
 #pragma once
 
-#include <cstddef>
-
 #include "metaball/appearance/appearance.h"
-#include "metaball/camera.h"
+#include "metaball/appearance/image_view.h"
+#include "metaball/appearance/normal_view.h"
+#include "metaball/appearance/texture_view.h"
 #include "metaball/frame.h"
-#include "metaball/vec.h"
 
 namespace sherd {
 
-struct SurfacePoint {
-  std::size_t pixel = 0;
-  Vec3d position{};   // world
-  Vec3d dx{}, dy{};   // to where the next pixel's rays (right, down) meet the tangent plane, world
-  Vec3f normal{};     // the field's, unit
-  Vec3f to_viewer{};  // unit
-};
+// image: of lookup.image, or a copy of it on a device. uv: the UV plane of lookup.uv; not read
+// where the coordinates are projected.
+TextureView MakeTextureView(const TextureLookup& lookup, const ImageView& image,
+                            const SurfaceUv* uv);
 
-// The hit of pixel (x, y) of a frame with depth and normal planes.
-SurfacePoint SurfacePointAt(const Camera& camera, const Frame& frame, int x, int y);
+// A texture looked up in one frame, which holds the UV plane of lookup.uv where the coordinates
+// come from a channel. Lookup and frame must live on unchanged.
+TextureView TextureOf(const TextureLookup& lookup, const Frame& frame);
 
-// A texture prepared for one frame.
-class TexturePass {
- public:
-  // The frame holds the UV plane of lookup.uv where the coordinates come from a channel.
-  TexturePass(const TextureLookup& lookup, const Frame& frame);
-
-  Vec3f ColorAt(const SurfacePoint& point) const;
-  // The same, and the directions in which u and v grow along the surface: unit vectors orthogonal
-  // to the normal; zero where they are not known.
-  Vec3f ValueAt(const SurfacePoint& point, Vec3f* along_u, Vec3f* along_v) const;
-
- private:
-  // (u, v) and its changes along the two vectors to the next pixels.
-  void CoordinatesAt(const SurfacePoint& point, SurfaceUv* uv, UvFootprint* footprint) const;
-
-  const TextureLookup& lookup_;
-  const UvPlane* plane_ = nullptr;
-};
-
-// thesis 3.5 and 3.6: the normal that light falls on.
-class NormalPass {
- public:
-  NormalPass(const Appearance& appearance, const Frame& frame);
-  Vec3f NormalAt(const SurfacePoint& point) const;
-
- private:
-  const Appearance& appearance_;
-  const Frame& frame_;
-  const ChannelPlane* plane_ = nullptr;
-  TexturePass image_;
-};
+// The normals of one frame, which holds the planes they need (deferred.h). Appearance and frame
+// must live on unchanged.
+NormalView NormalsOf(const Appearance& appearance, const Frame& frame);
 
 }  // namespace sherd

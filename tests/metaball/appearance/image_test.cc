@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "metaball/appearance/projection.h"
 #include "metaball/appearance/volume_texture.h"
@@ -79,6 +80,18 @@ TEST(ImagePyramid, FootprintsChooseTheLevel) {
   EXPECT_NEAR(wide.y, 0.0f, 1e-6f);
   const Vec3f other = stripes.Sample(0.5f, 0.625f, {8.0f / 256, 0, 0, 1.0f / 256}, true, true);
   EXPECT_NEAR(other.y, 1.0f, 1e-6f);
+}
+
+TEST(ImagePyramid, ViewsOutliveAMove) {
+  ImagePyramid from(FloatImage(4, 2, [](int x, int y) {
+    return Vec3f{static_cast<float>(x), static_cast<float>(y), 0};
+  }));
+  const ImageView view = from.view();
+  const Vec3f before = view.Sample(0.3f, 0.7f, {}, false, false);
+  const ImagePyramid to = std::move(from);
+  EXPECT_EQ(view.Sample(0.3f, 0.7f, {}, false, false), before);
+  EXPECT_EQ(to.Sample(0.3f, 0.7f, {}, false, false), before);
+  EXPECT_EQ(to.view().level, view.level);
 }
 
 TEST(ImagePyramid, RefusesAWrongSize) {

@@ -1,0 +1,52 @@
+// Lights on a surface point (thesis 3.7 for each, summed, then clamped), on the CPU and on the GPU.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "metaball/hostdevice.h"
+#include "metaball/vec.h"
+
+namespace sherd {
+
+struct PreparedLight {
+  enum class Kind { kViewer, kDirection, kPlace };
+  Kind kind = Kind::kViewer;
+  Vec3d place{};  // world: the unit direction towards the light, or its position
+  Vec3f strength{};
+  const std::uint8_t* visible = nullptr;  // by pixel; null: everywhere
+};
+
+// A scene's light prepared for one frame.
+struct LightView {
+  bool unlit = false;
+  float ambient = 0, diffuse = 0;
+  const PreparedLight* light = nullptr;
+  int lights = 0;
+  const float* ambient_share = nullptr;  // by pixel; null: 1
+
+  // min(1, C (ambient a + diffuse sum_i color_i intensity_i max(0, n . l_i) v_i)), a and v_i the
+  // shares of ambient light and of light i that reach the point; C itself in an unlit scene.
+  SHERD_HD Vec3f Lit(std::size_t pixel, const Vec3f& color, const Vec3d& point, const Vec3f& normal,
+                     const Vec3f& to_viewer) const {
+    if (unlit) return color;
+    const float share = ambient_share ? ambient_share[pixel] : 1.0f;
+    Vec3f factor = Vec3f{1, 1, 1} * (ambient * share);
+    for (int k = 0; k < lights; ++k) {
+      const PreparedLight& from = light[k];
+      if (from.visible && !from.visible[pixel]) continue;
+      Vec3f to_light = to_viewer;
+      if (from.kind == PreparedLight::Kind::kDirection) to_light = from.place.cast<float>();
+      if (from.kind == PreparedLight::Kind::kPlace) {
+        to_light = Normalized(from.place - point, normal.cast<double>()).cast<float>();
+      }
+      const float cosine = Dot(normal, to_light);
+      if (cosine > 0.0f) factor += from.strength * (diffuse * cosine);
+    }
+    return {std::min(color.x * factor.x, 1.0f), std::min(color.y * factor.y, 1.0f),
+            std::min(color.z * factor.z, 1.0f)};
+  }
+};
+
+}  // namespace sherd
