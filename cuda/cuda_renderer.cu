@@ -6,7 +6,6 @@
 #include "cuda/device_machine.h"
 #include "cuda/device_query.h"
 #include "cuda/frame_pipeline.h"
-#include "metaball/appearance/deferred.h"
 
 namespace sherd {
 namespace {
@@ -21,9 +20,6 @@ class CudaRenderer final : public ProfilingRenderer {
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
-    if (NeedsDeferredPasses(scene)) {
-      return RenderDeferred(this, scene, camera, settings, control);
-    }
     Frame frame = pipeline_.Render(scene, camera, settings, control);
     frame.stats.backend = backend();
     frame.stats.device = device();

@@ -10,13 +10,16 @@
 #include <utility>
 #include <vector>
 
+#include "cuda/appearance_pass.h"
 #include "cuda/device_cloud.h"
 #include "cuda/frame_buffers.h"
+#include "cuda/kernels/box_filter.h"
 #include "cuda/kernels/trace.h"
 #include "cuda/kernels/trace_list.h"
 #include "cuda/machine.h"
 #include "cuda/surface_gather.h"
 #include "cuda/tile_lists.h"
+#include "metaball/appearance/deferred.h"
 #include "metaball/appearance/gather.h"
 #include "metaball/error.h"
 #include "metaball/local_view.h"
@@ -39,6 +42,7 @@ class FramePipeline {
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) {
     CheckRenderInput(scene, camera, settings);
+    if (NeedsDeferredPasses(scene)) CheckAppearance(scene);
     const auto begin = std::chrono::steady_clock::now();
     Frame frame = MakeFrame(camera, settings.planes);
     if (settings.planes.NeedGather()) AllocateGatherPlanes(*scene.cloud, settings.planes, &frame);
@@ -68,7 +72,8 @@ class FramePipeline {
       frame.stats.rays_started_inside = counts.rare[Counts::kStartedInside];
       frame.stats.grazing = counts.rare[Counts::kGrazing];
       frame.stats.unresolved = counts.rare[Counts::kUnresolved];
-      work_ = {counts.work[Counts::kTests], counts.work[Counts::kAdds], counts.work[Counts::kSteps],
+      work_ = {counts.work[Counts::kTests],     counts.work[Counts::kAdds],
+               counts.work[Counts::kSteps],     counts.work[Counts::kStaged],
                counts.work[Counts::kShadeAdds], counts.rare[Counts::kWide]};
       frame.stats.bytes = machine_.ReservedBytes() - cloud_.Bytes();
       machine_.EndFrame();
@@ -84,14 +89,50 @@ class FramePipeline {
     const RenderSettings& settings;
     const Control& control;
     Frame* frame;
+    bool deferred;        // colours and lights in passes of their own
+    bool in_doubles;      // floats cannot carry the scene
+    const Planes planes;  // that are needed
     std::uint64_t pixels_done = 0;
+
+    int samples() const { return settings.supersample; }
+    // Pixels around a part of the picture that its filter looks at.
+    int border() const { return scene.appearance.filter / 2; }
+    // Whether later kernels begin with where the trace ended.
+    bool keeps_hits() const { return planes.NeedGather(); }
+  };
+  // A part of the picture, and what is held of it: its border as well, and all samples.
+  struct Part {
+    Part(const Job& job, const Region& wanted) : region(wanted), held(wanted.Grown(job.border())) {
+      const int n = job.samples();
+      camera = job.camera.Resized(job.camera.width * n, job.camera.height * n)
+                   .Cropped(held.x0 * n, held.y0 * n, held.width * n, held.height * n);
+      local = LocalCamera(camera, job.scene.cloud->frame);
+    }
+    std::uint64_t samples() const {
+      return static_cast<std::uint64_t>(camera.width) * camera.height;
+    }
+    // As wide as the region and as high as what is held: between the filter's two passes.
+    Region rows_filtered() const { return {region.x0, held.y0, region.width, held.height}; }
+
+    Region region, held;
+    Camera camera, local;  // of the samples held
   };
 
   void RenderAll(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                  const Control& control, Frame* frame) {
     machine_.Resize(&counts_, 1, "counters");
     machine_.Zero(&counts_, 1);
-    Job job{scene, camera, settings, control, frame};
+    Job job{scene,
+            camera,
+            settings,
+            control,
+            frame,
+            NeedsDeferredPasses(scene),
+            cloud_.wide_radii() || HasStiffThreshold(scene.surface),
+            PlanesNeeded(scene, settings.planes)};
+    if (job.deferred) {
+      appearance_.Begin(scene, camera, cloud_.linear_from_srgb(), &machine_);
+    }
     RenderRegion(job, {0, 0, camera.width, camera.height});
   }
 
@@ -101,6 +142,9 @@ class FramePipeline {
     machine_.Release(&hit_);
     samples_.Release(&machine_);
     pixels_.Release(&machine_);
+    appearance_.Release(&machine_);
+    machine_.Release(&rows_);
+    machine_.Release(&filtered_);
     machine_.ReleaseScratch();
     held_ = 0;
   }
@@ -133,60 +177,62 @@ class FramePipeline {
 
   // ---- a region of the picture ----------------------------------------------------------------
 
-  // Bytes a sample takes.
-  static std::uint64_t BytesPerSample(const Planes& planes) {
-    return planes.BytesPerPixel() + (planes.NeedGather() ? sizeof(double) : 0);
+  // Bytes that the planes of a part take.
+  static std::uint64_t PlaneBytes(const Job& job, const Region& region) {
+    const std::uint64_t n = static_cast<std::uint64_t>(job.samples());
+    const std::uint64_t held = region.Grown(job.border()).pixels();
+    std::uint64_t of_sample = job.planes.BytesPerPixel() + (job.keeps_hits() ? sizeof(double) : 0);
+    if (job.deferred) of_sample += AppearancePass<Machine>::BytesPerSample(job.scene);
+    std::uint64_t of_pixel = n > 1 ? job.planes.BytesPerPixel() : 0;
+    if (job.border() > 0) of_pixel += 2 * sizeof(Pixel);
+    return held * (n * n * of_sample + of_pixel);
   }
 
   // Renders a region, or its halves where memory does not hold it at once.
   void RenderRegion(Job& job, const Region& region) {
-    job.control.ThrowIfStopped();
-    const int n = job.settings.supersample;
-    const std::uint64_t fine_width = static_cast<std::uint64_t>(region.width) * n;
-    const std::uint64_t fine_height = static_cast<std::uint64_t>(region.height) * n;
-    const std::uint64_t pixels = static_cast<std::uint64_t>(region.width) * region.height;
-    const std::uint64_t samples = pixels * n * n;
-    const std::uint64_t tiles =
-        (fine_width / kernels::kTileSize + 1) * (fine_height / kernels::kTileSize + 1);
     using Lists = TileLists<Machine>;
-    const Planes& planes = job.settings.planes;
+    job.control.ThrowIfStopped();
+    const Region held = region.Grown(job.border());
+    const auto n = static_cast<std::uint64_t>(job.samples());
+    const std::uint64_t width = held.width * n, height = held.height * n;
+    const std::uint64_t tiles =
+        (width / kernels::kTileSize + 1) * (height / kernels::kTileSize + 1);
     std::uint64_t needed = cloud_.Bytes() + cloud_.size() * Lists::kBytesPerMetaball +
-                           tiles * Lists::kBytesPerTile + samples * BytesPerSample(planes) +
-                           (n > 1 ? pixels * planes.BytesPerPixel() : 0);
+                           tiles * Lists::kBytesPerTile + PlaneBytes(job, region);
+    if (job.deferred) needed += AppearancePass<Machine>::SceneBytes(job.scene);
     // Sorting and scanning want a little room of their own.
     const auto fits = [&](std::uint64_t bytes) {
-      if (bytes <= held_) return true;
-      return bytes + bytes / 16 <= machine_.AvailableBytes() + machine_.ReservedBytes();
+      if (bytes <= held_ && appearance_.BatchBytes() == 0) return true;
+      const std::uint64_t room = machine_.AvailableBytes() + machine_.ReservedBytes();
+      bytes += bytes / 16;
+      if (bytes + appearance_.BatchBytes() > room) appearance_.ReleaseBatches(&machine_);
+      return bytes <= room;
     };
-    const bool addressable = fine_width <= kernels::kMaxRegionSide &&
-                             fine_height <= kernels::kMaxRegionSide && tiles <= Lists::kMostEntries;
+    const bool addressable = width <= kernels::kMaxRegionSide &&
+                             height <= kernels::kMaxRegionSide && tiles <= Lists::kMostEntries;
     if (addressable && fits(needed)) {
-      const Camera view = job.camera.Resized(job.camera.width * n, job.camera.height * n)
-                              .Cropped(region.x0 * n, region.y0 * n, static_cast<int>(fine_width),
-                                       static_cast<int>(fine_height));
-      const Camera local = LocalCamera(view, job.scene.cloud->frame);
+      const Part part(job, region);
       machine_.Mark(FrameStage::kBegin);
-      const kernels::MetaballArrays metaballs = cloud_.Metaballs(job.scene);
-      const kernels::BinTotals totals = lists_.Count(metaballs, local, &machine_);
+      const kernels::BinTotals totals =
+          lists_.Count(cloud_.Metaballs(job.scene), part.local, &machine_);
+      RenderStats& stats = job.frame->stats;
       if (region.width == job.camera.width && region.height == job.camera.height) {
-        job.frame->stats.metaballs_in_view = totals.in_view;
+        stats.metaballs_in_view = totals.in_view;
       }
       needed += totals.entries * Lists::kBytesPerEntry;
       if (totals.entries <= Lists::kMostEntries && fits(needed)) {
-        job.frame->stats.metaballs_in_view =
-            std::max<std::uint64_t>(job.frame->stats.metaballs_in_view, totals.in_view);
-        job.frame->stats.tile_entries += totals.entries;
-        lists_.Fill(local, totals, &machine_);
+        stats.metaballs_in_view = std::max<std::uint64_t>(stats.metaballs_in_view, totals.in_view);
+        stats.tile_entries += totals.entries;
+        lists_.Fill(part.local, totals, &machine_);
         machine_.Mark(FrameStage::kBinned);
-        Trace(job, local, region);
+        Draw(job, part);
         machine_.Mark(FrameStage::kTraced);
-        (n > 1 ? pixels_ : samples_).CopyOut(region, region, job.frame, &machine_);
+        FilterAndCopyOut(job, part);
         machine_.Mark(FrameStage::kEnd);
         held_ = std::max(held_, needed);
-        RenderStats& stats = job.frame->stats;
         stats.seconds_bin += machine_.Seconds(FrameStage::kBegin, FrameStage::kBinned);
         stats.seconds_trace += machine_.Seconds(FrameStage::kBinned, FrameStage::kTraced);
-        job.pixels_done += pixels;
+        job.pixels_done += region.pixels();
         job.control.Report("rendering", static_cast<double>(job.pixels_done) /
                                             static_cast<double>(job.frame->color.size()));
         return;
@@ -220,7 +266,8 @@ class FramePipeline {
   }
 
   // What all kernels that look along the samples' rays are given.
-  kernels::TraceParams ParamsOf(const Job& job, const Camera& local) {
+  kernels::TraceParams ParamsOf(const Job& job, const Part& part) {
+    const Camera& local = part.local;
     const Cloud& cloud = *job.scene.cloud;
     kernels::TraceParams p;
     p.camera = local;
@@ -245,6 +292,7 @@ class FramePipeline {
     p.shape = ResolveDensity(job.scene.surface.density).shape;
     p.world_per_local = cloud.frame.unit;
     p.light = PrepareLight(job.scene.lighting);
+    if (job.deferred) p.light.unlit = true;
     const auto plane = [](auto& buffer) { return buffer.size() > 0 ? buffer.data() : nullptr; };
     p.out_color = plane(samples_.color);
     p.out_depth = plane(samples_.depth);
@@ -255,22 +303,51 @@ class FramePipeline {
     return p;
   }
 
-  void Trace(const Job& job, const Camera& local, const Region& region) {
+  void ReservePlanes(const Job& job, const Part& part) {
     const Cloud& cloud = *job.scene.cloud;
-    const Planes& planes = job.settings.planes;
-    const std::size_t samples = static_cast<std::size_t>(local.width) * local.height;
-    samples_.Reserve(cloud, planes, samples, &machine_);
-    machine_.Resize(&hit_, planes.NeedGather() ? samples : 0, "picture");
-    const kernels::TraceParams p = ParamsOf(job, local);
-    const bool in_doubles = cloud_.wide_radii() || HasStiffThreshold(job.scene.surface);
-    LaunchTrace(job.scene.surface.mode, cloud, in_doubles, p);
-    if (planes.NeedGather()) {
-      GatherPlanes(job.scene, planes, p, in_doubles, lists_.tiles(), &cloud_, &samples_, &machine_);
+    samples_.Reserve(cloud, job.planes, part.samples(), &machine_);
+    machine_.Resize(&hit_, job.keeps_hits() ? part.samples() : 0, "picture");
+    if (job.samples() > 1) pixels_.Reserve(cloud, job.planes, part.held.pixels(), &machine_);
+    if (job.border() > 0) {
+      machine_.Resize(&rows_, part.rows_filtered().pixels(), "picture");
+      machine_.Resize(&filtered_, part.region.pixels(), "picture");
     }
-    const int n = job.settings.supersample;
-    if (n == 1) return;
-    pixels_.Reserve(cloud, planes, region.pixels(), &machine_);
-    pixels_.ResolveFrom(samples_, region, n, &machine_);
+  }
+
+  // Everything from the tile lists to the part's planes, one value a pixel.
+  void Draw(const Job& job, const Part& part) {
+    ReservePlanes(job, part);
+    const Cloud& cloud = *job.scene.cloud;
+    const kernels::TraceParams p = ParamsOf(job, part);
+    LaunchTrace(job.scene.surface.mode, cloud, job.in_doubles, p);
+    if (job.planes.NeedGather()) {
+      GatherPlanes(job.scene, job.planes, p, job.in_doubles, lists_.tiles(), &cloud_, &samples_,
+                   &machine_);
+    }
+    if (job.deferred) {
+      appearance_.Shade(job.scene, part.camera, job.planes, p.metaballs, job.in_doubles,
+                        job.settings.threads, job.control, counts_.data(), &samples_, &machine_);
+    }
+    if (job.samples() > 1) {
+      pixels_.ResolveFrom(samples_, part.held, job.samples(), &machine_);
+    }
+  }
+
+  void FilterAndCopyOut(const Job& job, const Part& part) {
+    const FrameBuffers<Machine>& planes = job.samples() > 1 ? pixels_ : samples_;
+    Frame* frame = job.frame;
+    if (job.border() == 0) {
+      planes.CopyOut(part.held, part.region, frame, &machine_);
+      return;
+    }
+    const int size = job.scene.appearance.filter, width = part.region.width;
+    machine_.ForEach("FilterRows", part.rows_filtered().pixels(),
+                     kernels::FilterRows{planes.color.data(), width, size, rows_.data()});
+    machine_.ForEach("FilterColumns", part.region.pixels(),
+                     kernels::FilterColumns{rows_.data(), width, size, filtered_.data()});
+    FrameBuffers<Machine>::CopyPlane(filtered_, part.region, part.region, 1, &frame->color,
+                                     frame->width, &machine_);
+    planes.CopyPlanes(part.held, part.region, frame, &machine_);
   }
 
   // The features of the scene choose the kernel.
@@ -332,6 +409,8 @@ class FramePipeline {
   Buffer<kernels::TraceCounts> counts_;
   Buffer<double> hit_;  // local depth of each sample's hit, where later kernels ask for it
   FrameBuffers<Machine> samples_, pixels_;
+  AppearancePass<Machine> appearance_;
+  Buffer<Pixel> rows_, filtered_;
   // What a region took that went well: one that needs no more is begun without asking the machine,
   // which takes its time. Should it fail all the same, Render gives everything back and asks.
   std::uint64_t held_ = 0;

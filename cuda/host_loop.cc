@@ -5,7 +5,6 @@
 #include "cuda/frame_pipeline.h"
 #include "cuda/host_machine.h"
 #include "cuda/photo_tile_store.h"
-#include "metaball/appearance/deferred.h"
 
 namespace sherd {
 namespace {
@@ -20,9 +19,6 @@ class HostLoopRenderer final : public Renderer {
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
-    if (NeedsDeferredPasses(scene)) {
-      return RenderDeferred(this, scene, camera, settings, control);
-    }
     Frame frame = pipeline_.Render(scene, camera, settings, control);
     frame.stats.backend = backend();
     frame.stats.device = device();

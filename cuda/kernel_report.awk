@@ -13,20 +13,27 @@ BEGIN {
 
 /Compiling entry function/ {
   name = ""
-  # ForEachKernel<sherd::kernels::X> or
-  # BlockKernel<sherd::kernels::TraceProgram<...<radii, colours, T, shape, c> > >
-  if (match($0, /sherd::ForEachKernel<sherd::kernels::[A-Za-z]+>/)) {
-    name = substr($0, RSTART, RLENGTH)
-    sub(/.*::/, "", name)
-    sub(/>/, "", name)
-    size = 256
-  } else if (match($0, /TraceTraits<[a-z]+, [a-z]+, [a-z]+, sherd::[A-Za-z]+/)) {
+  # ForEachKernel<sherd::kernels::X<...> > or BlockKernel<sherd::kernels::P<...> >
+  if (match($0, /TraceTraits<\(sherd::ThresholdMode\)[0-9], [a-z]+, [a-z]+, [a-z]+, sherd::[A-Za-z]+/)) {
     name = substr($0, RSTART + 12, RLENGTH - 12)
     split(name, feature, /, /)
-    name = "Trace, " (feature[1] == "true" ? "a radius each" : "one radius") ", " \
-           (feature[2] == "true" ? "colours" : "one colour") ", " feature[3] ", " \
-           (feature[4] ~ /AnyShape/ ? "any density" : "Murakami\047s density")
+    name = "Trace, " (feature[1] ~ /1$/ ? "blended thresholds, " : "") \
+           (feature[2] == "true" ? "a radius each" : "one radius") ", " \
+           (feature[3] == "true" ? "colours" : "one colour") ", " feature[4] ", " \
+           (feature[5] ~ /AnyShape/ ? "any density" : "Murakami\047s density")
     size = 64
+  } else if (match($0, /GatherProgram<[a-z]+, sherd::kernels::[A-Za-z]+/)) {
+    name = substr($0, RSTART + 14, RLENGTH - 14)
+    split(name, feature, /, sherd::kernels::/)
+    name = feature[2] ", " feature[1]
+    size = 64
+  } else if (match($0, /ForEachKernel<sherd::kernels::.*>\(/)) {
+    name = substr($0, RSTART + 30, RLENGTH - 33)
+    gsub(/sherd::kernels::|sherd::|\(ThresholdMode\)|\(|\)/, "", name)
+    sub(/ +$/, "", name)
+    sub(/TraceList<2>/, "TraceList, summed thresholds, double", name)
+    sub(/TraceList<3>/, "TraceList, gated thresholds, double", name)
+    size = 256
   }
 }
 /bytes stack frame/ { stack = $1; spills = $5 + $9 }

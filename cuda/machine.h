@@ -49,6 +49,7 @@ struct FrameWork {
   std::uint64_t tests = 0;       // a metaball tried against a ray
   std::uint64_t adds = 0;        // a metaball added to a bound
   std::uint64_t steps = 0;       // steps of the march
+  std::uint64_t staged = 0;      // entries of tile lists read, for the march and for shading
   std::uint64_t shade_adds = 0;  // a metaball tried at a hit
   std::uint64_t wide_rays = 0;   // rays near more metaballs than their column holds
 };

@@ -17,6 +17,15 @@ SHERD_HD int LowestBit(std::uint32_t bits) {
 #endif
 }
 
+// The same of 64, 0 to 63.
+SHERD_HD int LowestBit(std::uint64_t bits) {
+#if defined(__CUDA_ARCH__)
+  return __ffsll(static_cast<long long>(bits)) - 1;
+#else
+  return std::countr_zero(bits);
+#endif
+}
+
 // Position of the highest set bit, 0 to 31; bits != 0.
 SHERD_HD int HighestBit(std::uint32_t bits) {
 #if defined(__CUDA_ARCH__)

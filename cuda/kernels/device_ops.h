@@ -49,15 +49,6 @@ SHERD_HD void AtomicAdd(unsigned long long* target, unsigned long long value) {
 #endif
 }
 
-// Position of the lowest set bit; bits != 0.
-SHERD_HD int LowestBit(std::uint64_t bits) {
-#if defined(__CUDA_ARCH__)
-  return __ffsll(static_cast<long long>(bits)) - 1;
-#else
-  return std::countr_zero(bits);
-#endif
-}
-
 SHERD_HD std::uint32_t BitsOf(float v) {
 #if defined(__CUDA_ARCH__)
   return __float_as_uint(v);

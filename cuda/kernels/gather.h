@@ -11,6 +11,7 @@
 #include "cuda/kernels/trace_params.h"
 #include "cuda/kernels/trace_tile.h"
 #include "metaball/appearance/gather_sums.h"
+#include "metaball/bits.h"
 
 namespace sherd::kernels {
 

@@ -16,6 +16,7 @@
 #include "cuda/kernels/device_ops.h"
 #include "cuda/kernels/trace_params.h"
 #include "cuda/kernels/trace_tile.h"
+#include "metaball/bits.h"
 #include "metaball/camera.h"
 #include "metaball/first_crossing.h"
 #include "metaball/frame.h"

@@ -30,7 +30,7 @@ struct alignas(16) Vec4f {
 // Sums over a frame; all integers, so their order does not matter.
 struct TraceCounts {
   enum Rare { kHits, kStartedInside, kGrazing, kUnresolved, kWide, kRareCount };
-  enum Work { kTests, kAdds, kSteps, kShadeAdds, kWorkCount };
+  enum Work { kTests, kAdds, kSteps, kStaged, kShadeAdds, kWorkCount };
   unsigned long long rare[kRareCount];
   unsigned long long work[kWorkCount];  // where kCountWork is asked for; else 0
 };

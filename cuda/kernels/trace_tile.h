@@ -32,8 +32,11 @@ struct TraceTile {
   using Entry = ColumnEntry<Real, Traits::kOwnRadius, Traits::kBlended>;
   static constexpr int kThreads = kTileRays;
   // Asked of the compiler, so that it neither spills for more blocks than shared memory lets in nor
-  // takes more registers than these leave: 128 of 65536 in floats, 168 in doubles.
-  static constexpr int kBlocksPerMultiprocessor = sizeof(Real) == 8 ? 6 : 8;
+  // takes more registers than these leave: 128 of 65536 in floats, 168 in doubles; more where the
+  // density is not known to the compiler, and for blended thresholds' two bounds.
+  static constexpr int kBlocksPerMultiprocessor =
+      (sizeof(Real) == 8 ? 6 : 8) - (std::is_same_v<typename Traits::Shape, AnyShape> ? 1 : 0) -
+      (Traits::kBlended ? 1 : 0);
   static constexpr int kColumn = Traits::kColumn;
   using Shape = typename Traits::Shape;
 
@@ -263,6 +266,7 @@ struct TraceTile {
       AtomicMin(&s.first_far[slot], static_cast<std::uint32_t>(thread));
       return false;
     }
+    if constexpr (Traits::kCountWork) AtomicAdd(&s.work[TraceCounts::kStaged], 1ull);
     const std::uint32_t i = p.entry[e];
     const float front = FloatFromOrdered(p.front[i]);
     const Sphere sphere = p.metaballs.sphere[i];

@@ -86,8 +86,8 @@ void ShadeFrame(const Scene& scene, const Camera& camera, int threads, const Con
     for (int x = 0; x < frame->width; ++x) {
       const std::size_t pixel = static_cast<std::size_t>(y) * frame->width + x;
       if (!(frame->depth[pixel] > 0.0f)) continue;
-      const SurfacePoint point = SurfacePointAt(camera, frame->depth.data(), frame->normal.data(),
-                                                frame->width, x, static_cast<int>(y));
+      const SurfaceHit point = SurfaceHitAt(camera, frame->depth.data(), frame->normal.data(),
+                                            frame->width, x, static_cast<int>(y));
       const Vec3f normal = normals.NormalAt(point);
       Pixel& out = frame->color[pixel];
       Vec3f color{out.r, out.g, out.b};

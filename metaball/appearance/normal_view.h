@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "metaball/appearance/appearance.h"
-#include "metaball/appearance/surface_point.h"
+#include "metaball/appearance/surface_hit.h"
 #include "metaball/appearance/texture_view.h"
 #include "metaball/hostdevice.h"
 #include "metaball/vec.h"
@@ -19,7 +19,7 @@ struct NormalView {
   const float* channel = nullptr;    // 3 a pixel; for NormalMapSource::kChannel
   TextureView image;                 // for NormalMapSource::kImage
 
-  SHERD_HD Vec3f NormalAt(const SurfacePoint& point) const {
+  SHERD_HD Vec3f NormalAt(const SurfaceHit& point) const {
     Vec3f surface = point.normal;
     if (normal == NormalSource::kInfluence) {
       surface = Normalized(influence[point.pixel], surface);
@@ -34,7 +34,7 @@ struct NormalView {
         break;
       }
       case NormalMapSource::kImage: {
-        SurfacePoint at = point;
+        SurfaceHit at = point;
         at.normal = surface;
         Vec3f along_u, along_v;
         const Vec3f c = image.ValueAt(at, &along_u, &along_v);

@@ -12,8 +12,7 @@ namespace sherd {
 namespace {
 
 constexpr std::size_t kWidth = SupportTree::kWidth;
-// Where no beam comes: squares of it are infinite.
-constexpr float kNowhere = 1e30f;
+constexpr float kNowhere = SupportTreeView::kNowhere;
 constexpr std::size_t kLeavesPerTask = 1024;
 
 std::size_t Sixteens(std::size_t n) { return (n + kWidth - 1) / kWidth; }
@@ -75,10 +74,15 @@ std::vector<std::uint32_t> MortonOrder(const Cloud& cloud, const Box3f& box) {
 
 }  // namespace
 
+std::vector<std::uint32_t> TreeOrder(const Cloud& cloud, int threads) {
+  const Box3f box = cloud.CenterBox();
+  if (IsLocal(cloud, box, threads)) return {};
+  return MortonOrder(cloud, box);
+}
+
 SupportTree::SupportTree(const Cloud& cloud, double radius_scale, int threads) {
   const std::size_t n = cloud.size(), leaves = Sixteens(n);
-  const Box3f box = cloud.CenterBox();
-  if (!IsLocal(cloud, box, threads)) order = MortonOrder(cloud, box);
+  order = TreeOrder(cloud, threads);
   for (auto* v : {&x, &y, &z, &radius}) v->resize(leaves * kWidth);
   levels.emplace_back();
   Resize(leaves, &levels[0]);
@@ -112,7 +116,6 @@ SupportTree::SupportTree(const Cloud& cloud, double radius_scale, int threads) {
     }
   });
   std::size_t count = leaves;
-  Vec3d lo{}, hi{};
   for (;;) {
     const std::size_t above_count = Sixteens(count);
     Level above;
@@ -135,15 +138,13 @@ SupportTree::SupportTree(const Cloud& cloud, double radius_scale, int threads) {
       above.max_z[i] = most(level.max_z);
     }
     if (above_count == 1) {
-      lo = Vec3f{above.min_x[0], above.min_y[0], above.min_z[0]}.cast<double>();
-      hi = Vec3f{above.max_x[0], above.max_y[0], above.max_z[0]}.cast<double>();
-      break;
+      BallAround({above.min_x[0], above.min_y[0], above.min_z[0]},
+                 {above.max_x[0], above.max_y[0], above.max_z[0]}, &middle, &reach);
+      return;
     }
     levels.push_back(std::move(above));
     count = above_count;
   }
-  middle = (lo + hi) * 0.5;
-  reach = 0.5 * Length(hi - lo) * (1 + 1e-6);
 }
 
 SupportTreeView SupportTree::view() const {

@@ -12,6 +12,10 @@
 
 namespace sherd {
 
+// The order in which a cloud's metaballs make a tree of neighbours: indices into the cloud; empty
+// where its own order does, as after BuildCloud. The cloud must not be empty.
+std::vector<std::uint32_t> TreeOrder(const Cloud& cloud, int threads);
+
 struct SupportTree {
   static constexpr int kWidth = SupportTreeView::kWidth;
 

@@ -26,10 +26,19 @@ struct SupportTreeLevelView {
   std::size_t size = 0;  // boxes, with those of the padding
 };
 
+// A ball around the box of all supports.
+inline void BallAround(const Vec3f& min, const Vec3f& max, Vec3d* middle, double* reach) {
+  const Vec3d lo = min.cast<double>(), hi = max.cast<double>();
+  *middle = (lo + hi) * 0.5;
+  *reach = 0.5 * Length(hi - lo) * (1 + 1e-6);
+}
+
 // Members as in SupportTree (support_tree.h).
 struct SupportTreeView {
   static constexpr int kWidth = 16;      // children of a box
   static constexpr int kMostLevels = 8;  // 16^8 metaballs are 2^32
+  // The corners and centres of the padding, where no beam comes: squares of it are infinite.
+  static constexpr float kNowhere = 1e30f;
 
   SupportTreeLevelView level[kMostLevels];
   int levels = 0;  // >= 1

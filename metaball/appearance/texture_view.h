@@ -7,7 +7,7 @@
 #include "metaball/appearance/appearance.h"
 #include "metaball/appearance/image_view.h"
 #include "metaball/appearance/projection.h"
-#include "metaball/appearance/surface_point.h"
+#include "metaball/appearance/surface_hit.h"
 #include "metaball/frame.h"
 #include "metaball/hostdevice.h"
 #include "metaball/vec.h"
@@ -24,7 +24,7 @@ struct TextureView {
   bool repeat_u = false, repeat_v = false;
 
   // Linear light.
-  SHERD_HD Vec3f ColorAt(const SurfacePoint& point) const {
+  SHERD_HD Vec3f ColorAt(const SurfaceHit& point) const {
     float u = 0, v = 0;
     UvFootprint footprint;
     CoordinatesAt(point, &u, &v, &footprint);
@@ -35,7 +35,7 @@ struct TextureView {
 
   // The same, and the directions in which u and v grow along the surface: unit vectors orthogonal
   // to the normal; zero where they are not known.
-  SHERD_HD Vec3f ValueAt(const SurfacePoint& point, Vec3f* along_u, Vec3f* along_v) const {
+  SHERD_HD Vec3f ValueAt(const SurfaceHit& point, Vec3f* along_u, Vec3f* along_v) const {
     if (coordinates == TextureCoordinates::kChannel) {
       *along_u = Tangential(uv[point.pixel].du, point.normal);
       *along_v = Tangential(uv[point.pixel].dv, point.normal);
@@ -55,7 +55,7 @@ struct TextureView {
 
  private:
   // (u, v) and its changes along the two vectors to the next pixels.
-  SHERD_HD void CoordinatesAt(const SurfacePoint& point, float* u, float* v,
+  SHERD_HD void CoordinatesAt(const SurfaceHit& point, float* u, float* v,
                               UvFootprint* footprint) const {
     if (coordinates == TextureCoordinates::kChannel) {
       const SurfaceUv& at = uv[point.pixel];

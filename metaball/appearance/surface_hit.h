@@ -9,7 +9,7 @@
 
 namespace sherd {
 
-struct SurfacePoint {
+struct SurfaceHit {
   std::size_t pixel = 0;
   Vec3d position{};   // world
   Vec3d dx{}, dy{};   // to where the next pixel's rays (right, down) meet the tangent plane, world
@@ -34,9 +34,9 @@ SHERD_HD Vec3d AlongTangent(const RayD& ray, const Vec3d& position, const Vec3d&
 }
 
 // The hit of pixel (x, y). depth, normal: planes of a frame that is `width` pixels wide.
-SHERD_HD SurfacePoint SurfacePointAt(const Camera& camera, const float* depth, const Vec3f* normal,
-                                     int width, int x, int y) {
-  SurfacePoint point;
+SHERD_HD SurfaceHit SurfaceHitAt(const Camera& camera, const float* depth, const Vec3f* normal,
+                                 int width, int x, int y) {
+  SurfaceHit point;
   point.pixel = static_cast<std::size_t>(y) * width + x;
   const double along = depth[point.pixel];
   const RayD ray = RayThrough(camera, x + 0.5, y + 0.5);

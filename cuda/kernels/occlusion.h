@@ -1,0 +1,235 @@
+// Rays from surface points towards lights and the sky: whether the surface lies in their way. As
+// the CPU's Occlusion::CastOne has it, a ray a thread, in three launches for a batch of rays:
+//   CountOnRays    per ray: the metaballs it may meet, counted in a walk through the tree
+//   (scan)         where each ray's list begins
+//   ListOnRays     the same walk again, writing the lists
+//   MarchRays      per ray: its list sorted, then the march of metaball/tile_march.h
+// So lists may be of any length, and memory is what the batch needs.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cuda/kernels/metaball_list.h"
+#include "cuda/kernels/trace_params.h"
+#include "metaball/appearance/occlusion_rays.h"
+#include "metaball/appearance/support_tree_view.h"
+#include "metaball/bits.h"
+#include "metaball/camera.h"
+#include "metaball/cloud.h"
+#include "metaball/density/scalar_math.h"
+#include "metaball/tile_march.h"
+
+namespace sherd::kernels {
+
+#define SHERD_FORMULA SHERD_HD
+#include "metaball/appearance/beam-inl.h"
+#undef SHERD_FORMULA
+
+// The rays of a batch: from `count` samples that follow each other, one ray each towards a light or
+// along every direction of the ambient light, direction by direction.
+struct RayBatch {
+  Camera camera;  // world, of the samples
+  LocalFrame local;
+  const float* depth = nullptr;  // planes of the samples
+  const Vec3f* normal = nullptr;
+  const std::int32_t* id = nullptr;
+  MetaballArrays metaballs;
+  double surface_radius_scale = 1.0;  // the surface's alone
+  std::uint64_t first = 0;            // sample
+  std::uint64_t count = 0;            // samples
+  double bias = 0.05;                 // radii
+  bool ambient = false;
+  ShadowLight light;                 // where not ambient
+  const Vec3d* direction = nullptr;  // where ambient
+  int directions = 1;
+  double reach = 0.0;  // of the ambient light, local units
+
+  SHERD_HD std::uint64_t rays() const { return count * static_cast<std::uint64_t>(directions); }
+  SHERD_HD std::size_t SampleOf(std::uint64_t ray) const { return first + ray % count; }
+
+  // False where there is no ray to cast.
+  SHERD_HD bool RayAt(std::uint64_t idx, OcclusionRay* ray) const {
+    const std::size_t sample = SampleOf(idx);
+    if (!(depth[sample] > 0.0f)) return false;
+    const int x = static_cast<int>(sample % camera.width);
+    const int y = static_cast<int>(sample / camera.width);
+    const double radius =
+        static_cast<double>(metaballs.sphere[id[sample]].radius) * surface_radius_scale;
+    const HitPoint hit = HitPointAt(camera, local, depth, camera.width, x, y, radius);
+    if (!ambient) return light.RayTo(hit, normal[sample], bias, ray);
+    const Vec3d along = direction[idx / count];
+    if (!(AmbientWeight(normal[sample], along) > 0.0f)) return false;
+    *ray = RayFrom(hit, along, bias, reach);
+    return true;
+  }
+};
+
+// Shows `take` every metaball that a ray may meet: take(metaball, front). Fronts and the march's
+// depths count from the ray's begin.
+template <class Take>
+struct ListVisitor {
+  const SupportTreeView& tree;
+  const Beam& beam;
+  const Take& take;
+
+  SHERD_HD std::uint32_t Boxes(const SupportTreeLevelView& level, std::uint32_t first) const {
+    std::uint32_t met = 0;
+    for (std::uint32_t b = 0; b < SupportTreeView::kWidth; ++b) {
+      const std::uint32_t k = first + b;
+      met |= static_cast<std::uint32_t>(BeamMeetsBox(beam, level.min_x[k], level.min_y[k],
+                                                     level.min_z[k], level.max_x[k], level.max_y[k],
+                                                     level.max_z[k]))
+             << b;
+    }
+    return met;
+  }
+  SHERD_HD void Metaballs(std::uint32_t first) const {
+    for (std::uint32_t k = first; k < first + SupportTreeView::kWidth; ++k) {
+      float front = 0.0f, exit = 0.0f;
+      if (BeamMeetsSupport(beam, tree.x[k], tree.y[k], tree.z[k], tree.radius[k], &front, &exit)) {
+        take(tree.IndexOf(k), front);
+      }
+    }
+  }
+};
+
+template <class Take>
+SHERD_HD void ForEachOnRay(const SupportTreeView& tree, const OcclusionRay& ray, const Take& take) {
+  const double length = ray.end - ray.begin;
+  if (!(length > 0.0)) return;
+  const Vec3d origin = ray.origin + ray.direction * ray.begin;
+  const Beam beam = tree.BeamAlong(origin, ray.direction, 0.0, 0.0, length);
+  ListVisitor<Take> visitor{tree, beam, take};
+  WalkTree(tree, &visitor);
+}
+
+struct CountOnRays {
+  RayBatch batch;
+  SupportTreeView tree;
+  std::uint32_t* counts;  // a ray, and one more for the scan's sum
+
+  SHERD_HD void operator()(std::uint64_t idx) const {
+    std::uint32_t count = 0;
+    OcclusionRay ray;
+    if (idx < batch.rays() && batch.RayAt(idx, &ray)) {
+      ForEachOnRay(tree, ray, [&](std::uint32_t, float) { ++count; });
+    }
+    counts[idx] = count;
+  }
+};
+
+struct ListOnRays {
+  RayBatch batch;
+  SupportTreeView tree;
+  const std::uint64_t* offsets;
+  TileEntry* entries;
+
+  SHERD_HD void operator()(std::uint64_t idx) const {
+    TileEntry* next = entries + offsets[idx];
+    OcclusionRay ray;
+    if (!batch.RayAt(idx, &ray)) return;
+    ForEachOnRay(tree, ray, [&](std::uint32_t i, float front) { *next++ = {i, front}; });
+  }
+};
+
+SHERD_HD bool IsBefore(const TileEntry& a, const TileEntry& b) {
+  return a.front < b.front || (a.front == b.front && a.metaball < b.metaball);
+}
+
+// By insertion where there are few; else by heap, which needs no more room.
+SHERD_HD void SortEntries(TileEntry* entry, int n) {
+  constexpr int kFew = 24;
+  if (n <= kFew) {
+    for (int i = 1; i < n; ++i) {
+      const TileEntry moved = entry[i];
+      int k = i;
+      for (; k > 0 && IsBefore(moved, entry[k - 1]); --k) entry[k] = entry[k - 1];
+      entry[k] = moved;
+    }
+    return;
+  }
+  const auto sift = [entry](int from, int size) {
+    const TileEntry moved = entry[from];
+    for (int child = 2 * from + 1; child < size; child = 2 * from + 1) {
+      if (child + 1 < size && IsBefore(entry[child], entry[child + 1])) ++child;
+      if (!IsBefore(moved, entry[child])) break;
+      entry[from] = entry[child];
+      from = child;
+    }
+    entry[from] = moved;
+  };
+  for (int i = n / 2 - 1; i >= 0; --i) sift(i, n);
+  for (int last = n - 1; last > 0; --last) {
+    const TileEntry largest = entry[0];
+    entry[0] = entry[last];
+    entry[last] = largest;
+    sift(0, last);
+  }
+}
+
+template <ThresholdMode kMode, class Real, class Shape>
+struct MarchRays {
+  RayBatch batch;
+  DensityShape shape;
+  const std::uint64_t* offsets;  // rays + 1
+  TileEntry* entries;
+  std::uint8_t* occluded;  // a ray
+  TraceCounts* counts;
+
+  SHERD_HD void operator()(std::uint64_t idx) const {
+    const std::uint64_t begin = offsets[idx];
+    const auto count = static_cast<int>(offsets[idx + 1] - begin);
+    occluded[idx] = 0;
+    OcclusionRay ray;
+    if (count == 0 || !batch.RayAt(idx, &ray)) return;
+    SortEntries(entries + begin, count);
+    const RayList list(batch.metaballs, entries + begin, count);
+    const RayD from{ray.origin + ray.direction * ray.begin, ray.direction};
+    RayCounts own;
+    TileHit hit;
+    if constexpr (std::is_same_v<Shape, AnyShape>) {
+      hit = MarchTile<kMode, Real>(list, AnyShape{shape}, from, &own);
+    } else {
+      hit = MarchTile<kMode, Real>(list, Shape{}, from, &own);
+    }
+    occluded[idx] = hit.hit && hit.depth <= ray.end - ray.begin;
+    if (own.unresolved != 0) {
+      AtomicAdd(&counts->rare[TraceCounts::kUnresolved],
+                static_cast<unsigned long long>(own.unresolved));
+    }
+  }
+};
+
+// One thread a sample of the batch: whether it sees the light.
+struct TakeVisible {
+  RayBatch batch;
+  const std::uint8_t* occluded;
+  std::uint8_t* visible;  // a sample of the picture
+
+  SHERD_HD void operator()(std::uint64_t idx) const {
+    visible[batch.SampleOf(idx)] = occluded[idx] ? 0 : 1;
+  }
+};
+
+// One thread a sample of the batch: its share of the ambient light.
+struct SumAmbient {
+  RayBatch batch;
+  const std::uint8_t* occluded;
+  float* share;  // a sample of the picture
+
+  SHERD_HD void operator()(std::uint64_t idx) const {
+    const std::size_t sample = batch.SampleOf(idx);
+    float shut = 0.0f, all = 0.0f;
+    if (batch.depth[sample] > 0.0f) {
+      for (int k = 0; k < batch.directions; ++k) {
+        const float weight = AmbientWeight(batch.normal[sample], batch.direction[k]);
+        all += weight;
+        if (occluded[static_cast<std::uint64_t>(k) * batch.count + idx]) shut += weight;
+      }
+    }
+    share[sample] = AmbientShare(shut, all);
+  }
+};
+
+}  // namespace sherd::kernels
