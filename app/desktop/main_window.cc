@@ -40,8 +40,8 @@ QString nativePath(const std::string& path) {
 
 }  // namespace
 
-MainWindow::MainWindow(RendererFactory factory, QWidget* parent)
-    : QMainWindow(parent), factory_(std::move(factory)) {
+MainWindow::MainWindow(RendererFactory factory, GpuLister list_gpus, QWidget* parent)
+    : QMainWindow(parent), factory_(std::move(factory)), list_gpus_(std::move(list_gpus)) {
   setObjectName(QStringLiteral("mainWindow"));
   setAcceptDrops(true);
   pages_ = new QStackedWidget(this);
