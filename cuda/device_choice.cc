@@ -14,28 +14,33 @@ namespace {
 
 constexpr std::string_view kCudaPrefix = "cuda:";
 
-// Starts the first candidate that can be used, or all that can; null where none can. `refused`
-// receives why others could not.
-std::unique_ptr<Renderer> Start(const std::vector<CudaDevice>& candidates, bool all,
-                                const GpuFactory& make_gpu, std::string* refused) {
-  refused->clear();
-  std::vector<std::unique_ptr<Renderer>> started;
+struct Started {
+  std::unique_ptr<Renderer> renderer;  // null where no GPU can be used
+  std::string numbers;                 // of the GPUs that draw: "0, 2"
+  std::string refused;                 // why others could not
+};
+
+// Starts the first candidate that can be used, or all that can.
+Started Start(const std::vector<CudaDevice>& candidates, bool all, const GpuFactory& make_gpu) {
+  Started started;
+  std::vector<std::unique_ptr<Renderer>> renderers;
   for (const CudaDevice& device : candidates) {
     std::string why_not = device.why_not;
     if (why_not.empty()) {
       try {
-        started.push_back(make_gpu(device));
+        renderers.push_back(make_gpu(device));
+        started.numbers += (started.numbers.empty() ? "" : ", ") + std::to_string(device.idx);
         if (!all) break;
         continue;
       } catch (const Error& error) {
         why_not = error.what();
       }
     }
-    *refused += (refused->empty() ? "" : "; ") + device.Label() + ": " + why_not;
+    started.refused += (started.refused.empty() ? "" : "; ") + device.Label() + ": " + why_not;
   }
-  if (started.empty()) return nullptr;
-  if (started.size() == 1) return std::move(started.front());
-  return MakeSharedRenderer(std::move(started));
+  if (renderers.size() == 1) started.renderer = std::move(renderers.front());
+  if (renderers.size() > 1) started.renderer = MakeSharedRenderer(std::move(renderers));
+  return started;
 }
 
 std::vector<CudaDevice> CandidatesOf(const DeviceChoice& choice, const GpuList& gpus) {
@@ -94,22 +99,21 @@ std::unique_ptr<Renderer> ChooseRenderer(const DeviceChoice& choice, const GpuLi
   const bool asked = choice.backend == Backend::kCuda;
   const bool all = asked && choice.gpu == DeviceChoice::kAll;
   const std::vector<CudaDevice> candidates = CandidatesOf(choice, gpus);
-  std::string refused;
-  auto renderer = Start(candidates, all, make_gpu, &refused);
-  if (!renderer) {
-    const std::string reasons = candidates.empty() ? gpus.reason : refused;
+  Started started = Start(candidates, all, make_gpu);
+  if (!started.renderer) {
+    const std::string reasons = candidates.empty() ? gpus.reason : started.refused;
     if (!asked) return on_cpu(": " + reasons);
     throw DeviceError("CUDA", 0, NoneCanBeUsed(reasons) + "; auto and cpu draw without one");
   }
-  say("GPU (" + renderer->device() + ")" + (asked ? ", as asked for" : "") +
-      (refused.empty() ? "" : "; not used: " + refused));
+  say("GPU " + started.numbers + " (" + started.renderer->device() + ")" +
+      (asked ? ", as asked for" : "") +
+      (started.refused.empty() ? "" : "; not used: " + started.refused));
   return MakeFallbackRenderer(
-      std::move(renderer),
+      std::move(started.renderer),
       [candidates, all, make_gpu] {
-        std::string reasons;
-        auto again = Start(candidates, all, make_gpu, &reasons);
-        if (!again) throw DeviceError("CUDA", 0, NoneCanBeUsed(reasons));
-        return again;
+        Started again = Start(candidates, all, make_gpu);
+        if (!again.renderer) throw DeviceError("CUDA", 0, NoneCanBeUsed(again.refused));
+        return std::move(again.renderer);
       },
       [] { return MakeCpuRenderer(); });
 }

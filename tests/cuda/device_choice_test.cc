@@ -12,6 +12,7 @@
 #include "cuda/renderers.h"
 #include "datasets_synthetic/peer_scenes.h"
 #include "metaball/error.h"
+#include "metaball/lod_renderer.h"
 
 namespace sherd {
 namespace {
@@ -95,14 +96,15 @@ TEST_F(DeviceChoiceTest, AutomaticTakesTheFirstThatCanBeUsedAndAsksNoOther) {
   SetGpus(3);
   EXPECT_EQ(Choose("auto")->gpu(), 0);
   EXPECT_EQ(asked_, std::vector<int>{0});
-  EXPECT_EQ(why_, "GPU (Fake A, 9.0, 8 GB)");
+  EXPECT_EQ(why_, "GPU 0 (Fake A, 9.0, 8 GB)");
   gpus_.devices[0].why_not = "its architecture 6.1 is older than 7.5";
   refuses_[1] = "this build has no code for its architecture 9.0";
   EXPECT_EQ(Choose("auto")->gpu(), 2);
   EXPECT_EQ(asked_, (std::vector<int>{1, 2}));  // what is known to be of no use is left in peace
-  EXPECT_EQ(why_,
-            "GPU (Fake C, 9.0, 8 GB); not used: GPU 0 (Fake A): its architecture 6.1 is older than "
-            "7.5; GPU 1 (Fake B): this build has no code for its architecture 9.0");
+  EXPECT_EQ(
+      why_,
+      "GPU 2 (Fake C, 9.0, 8 GB); not used: GPU 0 (Fake A): its architecture 6.1 is older than "
+      "7.5; GPU 1 (Fake B): this build has no code for its architecture 9.0");
   EXPECT_EQ(Choose("cuda")->gpu(), 2);
 }
 
@@ -126,7 +128,7 @@ TEST_F(DeviceChoiceTest, ANumberIsThatGpuAndNoOther) {
   const auto renderer = Choose("cuda:1");
   EXPECT_EQ(renderer->gpu(), 1);
   EXPECT_EQ(asked_, std::vector<int>{1});
-  EXPECT_EQ(why_, "GPU (Fake B, 9.0, 8 GB), as asked for");
+  EXPECT_EQ(why_, "GPU 1 (Fake B, 9.0, 8 GB), as asked for");
   refuses_[1] = "it cannot be used: busy";
   EXPECT_EQ(ErrorOf("cuda:1"),
             "CUDA: no GPU can be used: GPU 1 (Fake B): it cannot be used: busy; auto and cpu draw "
@@ -153,9 +155,10 @@ TEST_F(DeviceChoiceTest, AllAreThoseThatCanBeUsed) {
   EXPECT_EQ(asked_, (std::vector<int>{0, 1, 2}));
   EXPECT_EQ(renderer->gpu(), 0);
   EXPECT_EQ(renderer->device(), "Fake A, 9.0, 8 GB and Fake C, 9.0, 8 GB");
-  EXPECT_EQ(why_,
-            "GPU (Fake A, 9.0, 8 GB and Fake C, 9.0, 8 GB), as asked for; not used: GPU 1 (Fake "
-            "B): it cannot be used: busy");
+  EXPECT_EQ(
+      why_,
+      "GPU 0, 2 (Fake A, 9.0, 8 GB and Fake C, 9.0, 8 GB), as asked for; not used: GPU 1 (Fake "
+      "B): it cannot be used: busy");
   // One is enough.
   refuses_[0] = "it cannot be used: busy";
   EXPECT_EQ(Choose("cuda:all")->device(), "Fake C, 9.0, 8 GB");
@@ -196,6 +199,13 @@ TEST_F(DeviceChoiceTest, OfAllALostOneCostsNoPicture) {
             "Fake A, 9.0, 8 GB (without GPU 1: the work up to Trace: unspecified launch failure)");
   fails_[0] = true;
   EXPECT_EQ(renderer->Render(field.scene, field.camera, {}).stats.backend, "cpu");
+}
+
+// What works beside a renderer must find its GPU through whatever is around it.
+TEST_F(DeviceChoiceTest, RenderersAroundARendererNameItsGpu) {
+  SetGpus(2);
+  EXPECT_EQ(MakeLodRenderer(Choose("cuda:1"))->gpu(), 1);
+  EXPECT_EQ(MakeLodRenderer(Choose("cpu"))->gpu(), Renderer::kNoGpu);
 }
 
 TEST(GpuList, SpeaksForPeople) {

@@ -11,6 +11,9 @@
 namespace sherd {
 namespace {
 
+// As long as a machine with many GPUs makes it.
+const std::string kMissing = "there is no GPU 7: this machine has " + std::string(300, 'x');
+
 GpuList threeGpus() {
   GpuList gpus;
   gpus.devices = {{0, "Fake A", 9, 0, 8ull << 30, ""},
@@ -20,7 +23,7 @@ GpuList threeGpus() {
 }
 
 std::unique_ptr<Renderer> drawn(const DeviceChoice& choice, std::string* why) {
-  if (choice.gpu > 2) throw DeviceError("CUDA", 0, "there is no GPU 7");
+  if (choice.gpu > 2) throw DeviceError("CUDA", 0, kMissing);
   if (why) *why = "for " + choice.Text();
   return MakeCpuRenderer();
 }
@@ -78,7 +81,13 @@ void WindowTest::saysThatTheSavedDeviceIsNotThere() {
   window_->show();
   open(project_);
   auto* label = window_->findChild<QLabel*>(QStringLiteral("device"));
-  QTRY_COMPARE(label->text(), QStringLiteral("CUDA: there is no GPU 7; automatic: for auto"));
+  const QString said = QStringLiteral("CUDA: ") + QString::fromStdString(kMissing) +
+                       QStringLiteral("; automatic: for auto");
+  QTRY_COMPARE(label->text(), said);
+  QCOMPARE(label->toolTip(), said);
+  settle();
+  QCOMPARE(window_->width(), 1400);
+  keep(window_.get(), QStringLiteral("device_missing_said"));
   auto* menu = window_->findChild<DeviceMenu*>(QStringLiteral("deviceMenu"));
   menu->popup(window_->mapToGlobal(QPoint(300, 200)));
   QCOMPARE(textsOf(menu).last(), QStringLiteral("GPU 7 – not there [x] [off]"));
