@@ -4,7 +4,6 @@
 #include <string>
 
 #include "cuda/device_machine.h"
-#include "cuda/device_query.h"
 #include "cuda/frame_pipeline.h"
 
 namespace sherd {
@@ -13,10 +12,11 @@ namespace {
 class CudaRenderer final : public ProfilingRenderer {
  public:
   explicit CudaRenderer(const CudaDevice& device)
-      : name_(device.Describe()), pipeline_(DeviceMachine(device.idx)) {}
+      : gpu_(device.idx), name_(device.Describe()), pipeline_(DeviceMachine(device.idx)) {}
 
   std::string backend() const override { return "cuda"; }
   std::string device() const override { return name_; }
+  int gpu() const override { return gpu_; }
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
@@ -30,16 +30,14 @@ class CudaRenderer final : public ProfilingRenderer {
   std::vector<KernelTime> LastKernels() const override { return pipeline_.machine().times(); }
 
  private:
+  int gpu_;
   std::string name_;
   FramePipeline<DeviceMachine> pipeline_;
 };
 
 }  // namespace
 
-std::unique_ptr<ProfilingRenderer> MakeCudaRenderer() {
-  CudaDevice device;
-  std::string reason;
-  if (!FindCudaDevice(&device, &reason)) throw DeviceError("CUDA", 0, reason);
+std::unique_ptr<ProfilingRenderer> MakeCudaRenderer(const CudaDevice& device) {
   return std::make_unique<CudaRenderer>(device);
 }
 

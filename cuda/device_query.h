@@ -1,26 +1,26 @@
-// Which GPU this build can use.
+// Asks CUDA which GPUs there are and which of them this build can use.
 #pragma once
 
-#include <cstdint>
 #include <string>
+
+#include "cuda/gpu_list.h"
 
 namespace sherd {
 
-struct CudaDevice {
-  int idx = 0;
-  std::string name;
-  int major = 0, minor = 0;  // compute capability
-  std::uint64_t memory_bytes = 0;
+// Every GPU with what it tells of itself. Takes no memory on any of them, so that a GPU is good for
+// work may still turn out wrong: WhyUnusable.
+GpuList ListGpus();
 
-  // "NVIDIA H200, 9.0, 140 GB".
-  std::string Describe() const;
-};
-
-// The first device that runs this build's kernels; else false, and why for people.
-bool FindCudaDevice(CudaDevice* device, std::string* reason);
+// Why this build's kernels cannot run on the GPU, for people; empty where they can. Takes the
+// memory of a CUDA context on it.
+std::string WhyUnusable(const CudaDevice& device);
 
 // What cudaGetDeviceCount's result means; empty when there is something to look at.
-// driver_version: cudaDriverGetVersion's number (13000 is 13.0), 0 without a driver.
+// driver_version: cudaDriverGetVersion's number, 0 without a driver.
 std::string ExplainNoDevices(int cuda_error, int device_count, int driver_version);
+
+// What it means that asking a GPU for this build's kernels ended in `cuda_error`; empty for
+// success.
+std::string ExplainUnusable(const CudaDevice& device, int cuda_error);
 
 }  // namespace sherd

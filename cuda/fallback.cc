@@ -23,6 +23,7 @@ class FallbackRenderer final : public Renderer {
     if (primary_) return primary_->device();
     return secondary_ ? secondary_->device() + After() : "";
   }
+  int gpu() const override { return primary_ ? primary_->gpu() : kNoGpu; }
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {

@@ -2,21 +2,16 @@
 #include "cuda/photo_sampler.h"
 
 #include <algorithm>
-#include <string>
 #include <utility>
 
 #include "cuda/device_machine.h"
-#include "cuda/device_query.h"
 #include "cuda/photo_tile_store.h"
 
 namespace sherd {
 
-std::unique_ptr<PhotoTileSampler> MakeCudaPhotoSampler(std::uint64_t pool_bytes) {
+std::unique_ptr<PhotoTileSampler> MakeCudaPhotoSampler(std::uint64_t pool_bytes, int gpu) {
   constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 30;
-  CudaDevice device;
-  std::string reason;
-  if (!FindCudaDevice(&device, &reason)) throw DeviceError("CUDA", 0, reason);
-  DeviceMachine machine(device.idx);
+  DeviceMachine machine(gpu);
   if (pool_bytes == 0) pool_bytes = std::min(machine.AvailableBytes() / 4, kMostBytes);
   return std::make_unique<PhotoTileStore<DeviceMachine>>(std::move(machine), pool_bytes);
 }

@@ -20,9 +20,10 @@ class PhotoTileSampler : public PhotoSampler {
   virtual Use use() const = 0;
 };
 
-// pool_bytes: of pixels held at any time; 0: a quarter of the GPU's free memory, at most 4 GiB.
-// Nothing is reserved before it is needed. Throws DeviceError when no GPU can be used,
-// ResourceError when pool_bytes is too small for a single lookup (147456).
-std::unique_ptr<PhotoTileSampler> MakeCudaPhotoSampler(std::uint64_t pool_bytes);
+// On the GPU that CUDA numbers so. pool_bytes: of pixels held at any time; 0: a quarter of the
+// GPU's free memory, at most 4 GiB. Nothing is reserved before it is needed. Throws DeviceError
+// when the GPU cannot be used, ResourceError when pool_bytes is too small for a single lookup
+// (147456).
+std::unique_ptr<PhotoTileSampler> MakeCudaPhotoSampler(std::uint64_t pool_bytes, int gpu);
 
 }  // namespace sherd

@@ -1,66 +1,57 @@
 #include "cuda/renderers.h"
 
-#include <utility>
+#include <optional>
 
 #include "cuda/cuda_renderer.h"
-#include "cuda/fallback.h"
+#include "cuda/device_query.h"
 #include "cuda/photo_sampler.h"
 #include "metaball/error.h"
 
 namespace sherd {
 namespace {
 
-std::unique_ptr<Renderer> MakeCudaWithFallback() {
-  return MakeFallbackRenderer(
-      MakeCudaRenderer(), [] { return MakeCudaRenderer(); }, [] { return MakeCpuRenderer(); });
-}
-
-void Say(std::string* why, std::string line) {
-  if (why) *why = std::move(line);
+// Asks one GPU after the other, so that none is set to work beyond the first that can be used.
+std::optional<CudaDevice> FindUsableGpu(std::string* reason) {
+  const GpuList gpus = ListGpus();
+  *reason = gpus.reason;
+  for (const CudaDevice& device : gpus.devices) {
+    const std::string why_not = WhyUnusable(device);
+    if (why_not.empty()) return device;
+    *reason += (reason->empty() ? "" : "; ") + device.Label() + ": " + why_not;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
 
-Backend ParseBackend(const std::string& name) {
-  if (name == "auto") return Backend::kAuto;
-  if (name == "cpu") return Backend::kCpu;
-  if (name == "cuda") return Backend::kCuda;
-  throw InputError("", "", "there is no backend '" + name + "'", "use auto, cpu or cuda");
+CudaStatus QueryCuda() {
+  CudaStatus status;
+  const std::optional<CudaDevice> device = FindUsableGpu(&status.reason);
+  if (device) status = {true, device->Describe(), ""};
+  return status;
 }
 
-std::unique_ptr<Renderer> MakeRenderer(Backend backend, std::string* why) {
-  if (backend == Backend::kCpu) {
-    auto renderer = MakeCpuRenderer();
-    Say(why, "CPU (" + renderer->device() + "), as asked for");
-    return renderer;
-  }
+CudaDevice FirstUsableGpu() {
   std::string reason;
-  const CudaStatus status = QueryCuda();
-  if (status.available) {
-    try {
-      auto renderer = MakeCudaWithFallback();
-      Say(why,
-          "GPU (" + renderer->device() + ")" + (backend == Backend::kCuda ? ", as asked for" : ""));
-      return renderer;
-    } catch (const Error& error) {
-      if (backend == Backend::kCuda) throw;
-      reason = error.what();
-    }
-  } else {
-    reason = status.reason;
-  }
-  if (backend == Backend::kCuda) {
-    throw DeviceError("CUDA", 0, "no GPU can be used: " + reason + "; use --backend auto or cpu");
-  }
-  auto renderer = MakeCpuRenderer();
-  Say(why, "CPU (" + renderer->device() + "): " + reason);
-  return renderer;
+  const std::optional<CudaDevice> device = FindUsableGpu(&reason);
+  if (!device) throw DeviceError("CUDA", 0, reason);
+  return *device;
+}
+
+std::unique_ptr<Renderer> MakeRenderer(const DeviceChoice& choice, std::string* why) {
+  const auto make_gpu = [](const CudaDevice& device) -> std::unique_ptr<Renderer> {
+    const std::string why_not = WhyUnusable(device);
+    if (!why_not.empty()) throw Error(why_not);
+    return MakeCudaRenderer(device);
+  };
+  return ChooseRenderer(choice, choice.backend == Backend::kCpu ? GpuList{} : ListGpus(), make_gpu,
+                        why);
 }
 
 std::unique_ptr<PhotoSampler> MakePhotoSampler(const Renderer& renderer) {
-  if (renderer.backend() != "cuda") return nullptr;
+  if (renderer.gpu() == Renderer::kNoGpu) return nullptr;
   try {
-    return MakeCudaPhotoSampler(0);
+    return MakeCudaPhotoSampler(0, renderer.gpu());
   } catch (const DeviceError&) {
     return nullptr;  // what it looks up, the CPU does
   } catch (const ResourceError&) {

@@ -1,19 +1,30 @@
 // What a build without the CUDA toolkit answers.
 #include "cuda/cuda_renderer.h"
+#include "cuda/device_query.h"
 #include "cuda/photo_sampler.h"
-#include "cuda/renderers.h"
 #include "metaball/error.h"
 
 namespace sherd {
+namespace {
 
-CudaStatus QueryCuda() { return {false, "", "built without CUDA"}; }
+constexpr const char* kReason = "built without CUDA";
 
-std::unique_ptr<ProfilingRenderer> MakeCudaRenderer() {
-  throw DeviceError("CUDA", 0, "built without CUDA");
+}  // namespace
+
+GpuList ListGpus() {
+  GpuList list;
+  list.reason = kReason;
+  return list;
 }
 
-std::unique_ptr<PhotoTileSampler> MakeCudaPhotoSampler(std::uint64_t) {
-  throw DeviceError("CUDA", 0, "built without CUDA");
+std::string WhyUnusable(const CudaDevice&) { return kReason; }
+
+std::unique_ptr<ProfilingRenderer> MakeCudaRenderer(const CudaDevice&) {
+  throw DeviceError("CUDA", 0, kReason);
+}
+
+std::unique_ptr<PhotoTileSampler> MakeCudaPhotoSampler(std::uint64_t, int) {
+  throw DeviceError("CUDA", 0, kReason);
 }
 
 }  // namespace sherd

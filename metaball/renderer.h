@@ -20,6 +20,8 @@ struct RenderSettings {
 
 class Renderer {
  public:
+  static constexpr int kNoGpu = -1;
+
   virtual ~Renderer() = default;
 
   // Draws `scene` seen by `camera`. Background pixels are (0, 0, 0, 0). An empty cloud gives an
@@ -32,6 +34,9 @@ class Renderer {
 
   virtual std::string backend() const = 0;  // "cpu" or "cuda"
   virtual std::string device() const = 0;   // what it runs on, for people
+  // The GPU it draws on, as CUDA numbers them, of several the first; kNoGpu where the CPU draws.
+  // What works beside it on the same picture belongs there.
+  virtual int gpu() const { return kNoGpu; }
 };
 
 std::unique_ptr<Renderer> MakeCpuRenderer();

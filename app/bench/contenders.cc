@@ -16,22 +16,27 @@ std::string Number(double v) {
   return text;
 }
 
-void AddOurs(const Scene& scene, std::vector<Contender>* list) {
+void AddOurs(const Scene& scene, const DeviceChoice& choice, std::vector<Contender>* list) {
   const bool doubles = HasWideRadii(*scene.cloud) || HasStiffThreshold(scene.surface);
   const std::string precision = doubles ? "double" : "float";
   list->push_back(
       {"ours", "ours, scalar", "scalar", precision, "cpu", MakeCpuRenderer(CpuPath::kScalar)});
   list->push_back(
       {"ours", "ours, vectors", "vectors", precision, "cpu", MakeCpuRenderer(CpuPath::kBest)});
-  if (QueryCuda().available) {
-    list->push_back(
-        {"ours", "ours, CUDA", "CUDA", precision, "cuda", MakeRenderer(Backend::kCuda)});
+  if (auto gpu = MakeGpuRenderer(choice)) {
+    list->push_back({"ours", "ours, CUDA", "CUDA", precision, "cuda", std::move(gpu)});
   }
 }
 
 }  // namespace
 
-std::vector<Contender> MakeContenders(Method method, const Scene& scene) {
+std::unique_ptr<Renderer> MakeGpuRenderer(const DeviceChoice& choice) {
+  if (choice.backend == Backend::kAuto && !QueryCuda().available) return nullptr;
+  return MakeRenderer({Backend::kCuda, choice.gpu});
+}
+
+std::vector<Contender> MakeContenders(Method method, const Scene& scene,
+                                      const DeviceChoice& choice) {
   std::vector<Contender> list;
   const std::string name(NameOf(method));
   const auto add = [&](const std::string& series, const std::string& parameter,
@@ -42,7 +47,7 @@ std::vector<Contender> MakeContenders(Method method, const Scene& scene) {
   };
   switch (method) {
     case Method::kOurs:
-      AddOurs(scene, &list);
+      AddOurs(scene, choice, &list);
       break;
     case Method::kThesis:
       for (const bool gated : {true, false}) {
@@ -81,10 +86,11 @@ std::vector<Contender> MakeContenders(Method method, const Scene& scene) {
   return list;
 }
 
-std::vector<Contender> MakeContenders(const std::vector<Method>& methods, const Scene& scene) {
+std::vector<Contender> MakeContenders(const std::vector<Method>& methods, const Scene& scene,
+                                      const DeviceChoice& choice) {
   std::vector<Contender> all;
   for (const Method method : methods.empty() ? AllMethods() : methods) {
-    for (Contender& contender : MakeContenders(method, scene)) {
+    for (Contender& contender : MakeContenders(method, scene, choice)) {
       all.push_back(std::move(contender));
     }
   }

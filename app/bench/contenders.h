@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cuda/device_choice.h"
 #include "metaball/methods/methods.h"
 #include "metaball/renderer.h"
 #include "metaball/scene.h"
@@ -21,11 +22,17 @@ struct Contender {
   std::unique_ptr<Renderer> renderer;
 };
 
+// The GPU that is measured beside the CPU: for kAuto the first, or null where there is none; for
+// kCuda what is asked for. Throws DeviceError where that is not there.
+std::unique_ptr<Renderer> MakeGpuRenderer(const DeviceChoice& choice);
+
 // The contenders of one method, in the order of falling error. `scene` decides the precision our
-// own renderer works in. The GPU takes part where there is one.
-std::vector<Contender> MakeContenders(Method method, const Scene& scene);
+// own renderer works in. The GPU takes part as MakeGpuRenderer says.
+std::vector<Contender> MakeContenders(Method method, const Scene& scene,
+                                      const DeviceChoice& choice = {});
 // Of several methods; all of them where none is named.
-std::vector<Contender> MakeContenders(const std::vector<Method>& methods, const Scene& scene);
+std::vector<Contender> MakeContenders(const std::vector<Method>& methods, const Scene& scene,
+                                      const DeviceChoice& choice = {});
 
 // Every series there can be, in a fixed order: a plot's colours and marks follow it, whichever
 // methods take part.

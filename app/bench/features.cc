@@ -7,7 +7,6 @@
 
 #include "app/bench/measure.h"
 #include "app/project/format.h"
-#include "cuda/renderers.h"
 #include "datasets_synthetic/peer_scenes.h"
 #include "metaball/error.h"
 
@@ -203,7 +202,7 @@ std::vector<BytesRow> MeasureBytes(const FeatureOptions& options, const Control&
 std::vector<FeatureRow> MeasureFeatures(const FeatureOptions& options, const Control& control) {
   std::vector<std::unique_ptr<Renderer>> renderers;
   renderers.push_back(MakeCpuRenderer());
-  if (QueryCuda().available) renderers.push_back(MakeRenderer(Backend::kCuda));
+  if (auto gpu = MakeGpuRenderer(options.gpu)) renderers.push_back(std::move(gpu));
   const std::vector<Feature> features = Features();
   const PeerScene plain = PlainScene(options, options.width, options.height);
   // Ambient occlusion casts dozens of rays a pixel: a quarter of each side says as much.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/bench/figure_table.h"
+#include "cuda/device_choice.h"
 #include "metaball/control.h"
 
 namespace sherd {
@@ -15,6 +16,7 @@ struct FeatureOptions {
   int width = 1280, height = 720;
   int threads = 0;  // 0: all
   int repeat = 5;
+  DeviceChoice gpu;  // MakeGpuRenderer (contenders.h)
 };
 
 struct BytesRow {

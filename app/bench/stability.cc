@@ -3,8 +3,8 @@
 #include <memory>
 #include <utility>
 
+#include "app/bench/contenders.h"
 #include "app/project/format.h"
-#include "cuda/renderers.h"
 #include "datasets_synthetic/stiff_cases.h"
 #include "metaball/cpu_renderer.h"
 
@@ -16,11 +16,11 @@ struct Named {
   std::unique_ptr<Renderer> renderer;
 };
 
-std::vector<Named> Backends() {
+std::vector<Named> Backends(const DeviceChoice& choice) {
   std::vector<Named> backends;
   backends.push_back({"cpu, vectors", MakeCpuRenderer(CpuPath::kBest)});
   backends.push_back({"cpu, scalar", MakeCpuRenderer(CpuPath::kScalar)});
-  if (QueryCuda().available) backends.push_back({"cuda", MakeRenderer(Backend::kCuda)});
+  if (auto gpu = MakeGpuRenderer(choice)) backends.push_back({"cuda", std::move(gpu)});
   return backends;
 }
 
@@ -33,9 +33,9 @@ std::string OutcomeOf(const StiffCase& stiff, const StiffOutcome& outcome) {
 
 }  // namespace
 
-std::vector<StabilityRow> RunStability(const Control& control) {
+std::vector<StabilityRow> RunStability(const DeviceChoice& gpu, const Control& control) {
   const std::vector<StiffCase> cases = MakeStiffCases();
-  const std::vector<Named> backends = Backends();
+  const std::vector<Named> backends = Backends(gpu);
   std::vector<StabilityRow> rows;
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const StiffCase& stiff = cases[i];

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/bench/figure_table.h"
+#include "cuda/device_choice.h"
 #include "metaball/control.h"
 #include "metaball/frame_difference.h"
 
@@ -20,8 +21,8 @@ struct StabilityRow {
   RenderStats stats;
 };
 
-// Throws Cancelled, between two cases.
-std::vector<StabilityRow> RunStability(const Control& control);
+// On the CPU and on MakeGpuRenderer's (contenders.h). Throws Cancelled, between two cases.
+std::vector<StabilityRow> RunStability(const DeviceChoice& gpu, const Control& control);
 FigureTable FiguresOf(const std::vector<StabilityRow>& rows);
 // For a screen; the first row are the names of the columns.
 std::vector<std::vector<std::string>> ScreenTable(const std::vector<StabilityRow>& rows);

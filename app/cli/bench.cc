@@ -15,7 +15,7 @@
 #include "app/cli/progress.h"
 #include "app/cli/source.h"
 #include "app/cli/table.h"
-#include "cuda/renderers.h"
+#include "cuda/device_choice.h"
 #include "datasets_synthetic/peer_scenes.h"
 #include "metaball/cpu_renderer.h"
 #include "metaball/error.h"
@@ -25,7 +25,8 @@ namespace sherd::cli {
 namespace {
 
 struct BenchOptions {
-  std::string source, level, scene = "height-field", metaballs, density, thresholds, out = "bench";
+  std::string source, level, scene = "height-field", metaballs, density, thresholds, device,
+                             out = "bench";
   std::vector<std::string> methods;
   std::optional<Size> size;
   std::optional<double> threshold, threads;
@@ -102,7 +103,11 @@ void Write(const std::string& folder, const std::string& name, const FigureTable
   WriteTextFile(path + ".json", JsonOf(header, table));
 }
 
-std::string DeviceOf(int threads) {
+DeviceChoice GpuOf(const BenchOptions& options) {
+  return options.device.empty() ? DeviceChoice{} : GpuChoice(options.device);
+}
+
+std::string DeviceOf(int threads, const DeviceChoice& choice) {
   const int count = threads > 0 ? threads : 0;
   std::string device = MakeCpuRenderer()->device();
   if (count > 0) {
@@ -110,8 +115,8 @@ std::string DeviceOf(int threads) {
     const std::size_t comma = device.find(',');
     device = std::to_string(count) + (count == 1 ? " thread" : " threads") + device.substr(comma);
   }
-  const CudaStatus cuda = QueryCuda();
-  return cuda.available ? device + "; " + cuda.device : device;
+  const std::unique_ptr<Renderer> gpu = MakeGpuRenderer(choice);
+  return gpu ? device + "; " + gpu->device() : device;
 }
 
 int RunMethods(const BenchOptions& options, const Environment& environment) {
@@ -133,11 +138,11 @@ int RunMethods(const BenchOptions& options, const Environment& environment) {
                          NameOf(surface.mode),
                          threads,
                          options.repeat,
-                         DeviceOf(threads),
+                         DeviceOf(threads, GpuOf(options)),
                          load};
   const ReferenceFrame reference =
       ReferenceRender(subject.scene, subject.camera, 0, PartOf(progress.control(), 0.05, 0.2));
-  const std::vector<Contender> contenders = MakeContenders(methods, subject.scene);
+  const std::vector<Contender> contenders = MakeContenders(methods, subject.scene, GpuOf(options));
   std::vector<Measurement> measurements;
   for (std::size_t i = 0; i < contenders.size(); ++i) {
     progress.control().Report(
@@ -164,9 +169,9 @@ int RunMethods(const BenchOptions& options, const Environment& environment) {
 int RunStabilityTable(const BenchOptions& options, const Environment& environment) {
   MakeFolder(options.out);
   Progress progress(environment.stop);
-  const std::vector<StabilityRow> rows = RunStability(progress.control());
+  const std::vector<StabilityRow> rows = RunStability(GpuOf(options), progress.control());
   progress.Clear();
-  Write(options.out, "stability", FiguresOf(rows), {{"device", DeviceOf(0)}});
+  Write(options.out, "stability", FiguresOf(rows), {{"device", DeviceOf(0, GpuOf(options))}});
   Print(Table(ScreenTable(rows), 0, {1, 2, 3}));
   return kSuccess;
 }
@@ -178,6 +183,7 @@ int RunFeatures(const BenchOptions& options, const Environment& environment) {
   features.height = options.size.value_or(Size{1280, 720}).height;
   features.threads = ThreadsOf(options, 0);
   features.repeat = options.repeat;
+  features.gpu = GpuOf(options);
   MakeFolder(options.out);
   const double load = LoadAverage();
   Progress progress(environment.stop);
@@ -188,7 +194,7 @@ int RunFeatures(const BenchOptions& options, const Environment& environment) {
       {"scene", "height-field"},
       {"metaballs", static_cast<double>(features.metaballs)},
       {"repeat", static_cast<double>(features.repeat)},
-      {"device", DeviceOf(features.threads)},
+      {"device", DeviceOf(features.threads, features.gpu)},
       {"load_average_before", load < 0 ? Figure{} : Figure{load}}};
   Write(options.out, "bytes_per_metaball", FiguresOf(bytes), header);
   Write(options.out, "features", FiguresOf(times), header);
@@ -236,6 +242,9 @@ void AddBench(CLI::App* program, Action* action) {
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
   AddSetting(app, "threads", &options->threads, "N");
+  AddDevice(app, &options->device,
+            "the GPU that is measured beside the CPU, by its number in sherd devices, or all "
+            "together [default: the first, where there is one]");
   app->add_option("--out", options->out, "folder for tables and plots [default bench]")
       ->type_name("FOLDER");
   auto* stability = app->add_flag("--stability", options->stability,

@@ -132,7 +132,7 @@ int RunCompare(const Options& options, const Environment& environment) {
 
   std::string why;
   const std::unique_ptr<Renderer> backend = RendererOf(look, &why);
-  if (look.backend == "auto" && backend->backend() == "cpu" && !why.empty()) {
+  if (look.Device().backend == Backend::kAuto && backend->backend() == "cpu" && !why.empty()) {
     progress.Clear();
     std::fprintf(stderr, "%s\n", OneLine(why).c_str());
   }

@@ -16,6 +16,14 @@ constexpr const char* kSurface = "Surface and light";
 
 }  // namespace
 
+DeviceChoice LookOptions::Device() const {
+  if (device.empty()) return ParseDeviceChoice(backend);
+  if (backend == "cpu") {
+    throw InputError("", "", "--device is for what a GPU renders", "leave out --backend cpu");
+  }
+  return GpuChoice(device);
+}
+
 PhotoShadingOptions LookOptions::PhotoOptions(const Survey& survey) const {
   PhotoShadingOptions options;
   options.memory_mb = static_cast<int>(ValueOf("photo-memory", photo_memory));
@@ -180,12 +188,16 @@ void AddLookOptions(CLI::App* app, LookOptions* look) {
   constexpr const char* kMachine = "Machine and input";
   In(kMachine, AddChoice(app, "--backend", &look->backend, {"auto", "cpu", "cuda"},
                          "what renders; auto: the GPU where there is one [default auto]"));
+  In(kMachine, AddDevice(app, &look->device,
+                         "the GPU that renders, by its number in sherd devices, or all: each "
+                         "draws a part of every picture [default: the first that can be used]"));
   std::vector<std::string> methods;
   for (const Method method : AllMethods()) methods.emplace_back(NameOf(method));
   In(kMachine, AddChoice(app, "--method", &look->method, methods,
                          "how rays meet the surface: ours, or one it is measured against, on the "
                          "CPU (docs/accuracy.md) [default ours]"))
-      ->excludes("--backend");
+      ->excludes("--backend")
+      ->excludes("--device");
   In(kMachine, AddSetting(app, "threads", &look->threads, "N"));
   In(kMachine, app->add_option("--photos", look->photo_folder,
                                "folder where the photographs are now (found by relative name)")
@@ -195,7 +207,7 @@ void AddLookOptions(CLI::App* app, LookOptions* look) {
 std::unique_ptr<Renderer> RendererOf(const LookOptions& look, std::string* why) {
   const Method method = ParseMethod(look.method);
   if (method != Method::kOurs) return MakeMethodRenderer(method);
-  std::unique_ptr<Renderer> renderer = MakeRenderer(ParseBackend(look.backend), why);
+  std::unique_ptr<Renderer> renderer = MakeRenderer(look.Device(), why);
   const double pixels = ValueOf("level-of-detail", look.level_of_detail);
   return pixels > 0 ? MakeLodRenderer(std::move(renderer), pixels) : std::move(renderer);
 }

@@ -12,6 +12,7 @@
 #include "app/cli/source.h"
 #include "app/project/picture.h"
 #include "app/project/view.h"
+#include "cuda/device_choice.h"
 #include "metaball/renderer.h"
 #include "metaball/scene.h"
 #include "reconstruction/photographs.h"
@@ -26,13 +27,15 @@ struct LookOptions {
       level_of_detail, threads, dpi, photo_memory;
   bool ortho = false, unlit = false, show_unseen = false, as_shot = false;
   std::vector<std::string> leave_out;  // photographs, by name
-  std::string color = "blend", backend = "auto", method = "ours", background = "1,1,1",
+  std::string color = "blend", backend = "auto", device, method = "ours", background = "1,1,1",
               photo_folder;
   int bits = 8;
   std::optional<DensityModel> density;
   std::string thresholds;  // empty: the source's
   AppearanceOptions appearance;
 
+  // --backend and --device. Throws InputError where they contradict each other.
+  DeviceChoice Device() const;
   bool photo_colors() const { return color == "photo"; }
   // Photographs are needed, for the camera or for the colours.
   bool needs_survey() const { return photo_colors() || !photo.empty(); }
@@ -56,8 +59,9 @@ void AddCameraOptions(CLI::App* app, LookOptions* look);
 void AddSurfaceOptions(CLI::App* app, LookOptions* look);
 void AddLightOptions(CLI::App* app, LookOptions* look);
 
-// --backend's renderer, with --level-of-detail around it where that is asked for; a line on stderr
-// says why where the choice fell on the CPU although a GPU was wanted or might have been there.
+// The renderer of Device(), with --level-of-detail around it where that is asked for; a line on
+// stderr says why where the choice fell on the CPU although a GPU was wanted or might have been
+// there.
 std::unique_ptr<Renderer> RendererOf(const LookOptions& look, std::string* why);
 
 Json ToJson(const Vec3d& v);

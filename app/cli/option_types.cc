@@ -176,6 +176,17 @@ CLI::Option* AddKnownDistance(CLI::App* app, std::optional<KnownDistance>* value
       ->type_name("X,Y,Z X,Y,Z M");
 }
 
+CLI::Option* AddDevice(CLI::App* app, std::string* value, const std::string& help) {
+  return AddParsed(app, "--device", help,
+                   [value](const std::string& text) {
+                     GpuChoice(text);
+                     *value = text;
+                   })
+      ->type_name("N|all");
+}
+
+DeviceChoice GpuChoice(const std::string& device) { return ParseDeviceChoice("cuda:" + device); }
+
 CLI::Option* AddChoice(CLI::App* app, const std::string& name, std::string* value,
                        const std::vector<std::string>& words, const std::string& help) {
   std::string all;

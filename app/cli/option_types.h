@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/project/project.h"
+#include "cuda/device_choice.h"
 #include "metaball/vec.h"
 
 namespace sherd::cli {
@@ -41,6 +42,10 @@ CLI::Option* AddSetting(CLI::App* app, const std::string& name, std::optional<do
 double ValueOf(const std::string& name, const std::optional<double>& value);
 // "--distance P1 P2 METRES".
 CLI::Option* AddKnownDistance(CLI::App* app, std::optional<KnownDistance>* value);
+// "--device": the number of a GPU, or "all", as `value` then holds it.
+CLI::Option* AddDevice(CLI::App* app, std::string* value, const std::string& help);
+// What such a value means. Throws InputError.
+DeviceChoice GpuChoice(const std::string& device);
 // One of a few words.
 CLI::Option* AddChoice(CLI::App* app, const std::string& name, std::string* value,
                        const std::vector<std::string>& words, const std::string& help);

@@ -139,7 +139,7 @@ int RunRender(const RenderOptions& options, const Environment& environment) {
         backend.get(), *source.survey, source.level.get(), look.PhotoOptions(*source.survey));
   }
   Renderer* const renderer = photo_renderer ? photo_renderer.get() : backend.get();
-  if (look.backend == "auto" && backend->backend() == "cpu" && !why.empty()) {
+  if (look.Device().backend == Backend::kAuto && backend->backend() == "cpu" && !why.empty()) {
     std::fprintf(stderr, "%s\n", OneLine(why).c_str());
   }
 

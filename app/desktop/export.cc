@@ -155,7 +155,8 @@ void ExportScreenshot(const ExportScene& scene, const ExportView& view,
   job.level = scene.document->LoadLevel(view.level_idx, control);
   job.surface = view.surface;
   job.lighting = scene.lighting;
-  const std::unique_ptr<Renderer> renderer = scene.factory(scene.backend, nullptr);
+  const std::unique_ptr<Renderer> renderer =
+      rendererOrAutomatic(scene.factory, scene.device, nullptr);
   job.renderer = renderer.get();
   std::shared_ptr<const Survey> survey;
   std::unique_ptr<PhotographShader> photographs;
@@ -201,7 +202,8 @@ void ExportSheet(const ExportScene& scene, const std::vector<ExportView>& views,
   sheet.scale_depth = scene.target_depth;
   const PanelSize size = PanelSizeFor(sheet, static_cast<int>(views.size()));
   const Camera camera = Letterboxed(scene.camera, size.width, size.height);
-  const std::unique_ptr<Renderer> renderer = scene.factory(scene.backend, nullptr);
+  const std::unique_ptr<Renderer> renderer =
+      rendererOrAutomatic(scene.factory, scene.device, nullptr);
   std::shared_ptr<const Survey> survey;
   std::unique_ptr<PhotographShader> photographs;
   if (std::any_of(views.begin(), views.end(),

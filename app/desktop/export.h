@@ -39,7 +39,7 @@ struct ExportScene {
   Camera camera;            // as in the window; shown whole at any size
   double target_depth = 0;  // along its axis: where a perspective scale bar holds
   Lighting lighting;
-  Backend backend = Backend::kAuto;
+  DeviceChoice device;
   RendererFactory factory;
 };
 

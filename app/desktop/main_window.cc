@@ -40,8 +40,8 @@ QString nativePath(const std::string& path) {
 
 }  // namespace
 
-MainWindow::MainWindow(RendererFactory factory, QWidget* parent)
-    : QMainWindow(parent), factory_(std::move(factory)) {
+MainWindow::MainWindow(RendererFactory factory, GpuLister list_gpus, QWidget* parent)
+    : QMainWindow(parent), factory_(std::move(factory)), list_gpus_(std::move(list_gpus)) {
   setObjectName(QStringLiteral("mainWindow"));
   setAcceptDrops(true);
   pages_ = new QStackedWidget(this);
@@ -71,6 +71,7 @@ MainWindow::MainWindow(RendererFactory factory, QWidget* parent)
   device_label_ = new QLabel(this);
   device_label_->setObjectName(QStringLiteral("device"));
   device_label_->setAccessibleName(tr("Rendering device"));
+  device_label_->setMinimumWidth(1);  // a long reason must not widen the window
   position_label_ = new QLabel(this);
   position_label_->setObjectName(QStringLiteral("position"));
   position_label_->setAccessibleName(tr("Position under the cursor"));
@@ -81,6 +82,7 @@ MainWindow::MainWindow(RendererFactory factory, QWidget* parent)
           [this](const QString& backend, const QString& device, const QString& why) {
             device_why_ = why.isEmpty() ? backend.toUpper() + QStringLiteral(": ") + device : why;
             device_label_->setText(device_why_);
+            device_label_->setToolTip(device_why_);
           });
   connect(grid_, &ViewGrid::hovered, this, &MainWindow::showHover);
   connect(grid_, &ViewGrid::failed, this,

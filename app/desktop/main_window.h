@@ -6,11 +6,13 @@
 #include <optional>
 #include <string>
 
+#include "app/desktop/device_menu.h"
 #include "app/desktop/document.h"
 #include "app/desktop/export_dialog.h"
 #include "app/desktop/import_dialog.h"
 #include "app/desktop/render_queue.h"
 #include "app/desktop/view_grid.h"
+#include "cuda/device_query.h"
 
 class QActionGroup;
 class QDockWidget;
@@ -28,7 +30,9 @@ class MainWindow : public QMainWindow {
   Q_OBJECT
 
  public:
-  explicit MainWindow(RendererFactory factory, QWidget* parent = nullptr);
+  // `list_gpus`: what the choice of the device offers.
+  explicit MainWindow(RendererFactory factory, GpuLister list_gpus = ListGpus,
+                      QWidget* parent = nullptr);
   ~MainWindow() override;
 
   // Anything that can be dropped: a project, a cloud, a workspace. Ends in documentOpened, an
@@ -102,8 +106,8 @@ class MainWindow : public QMainWindow {
   void restoreState();
 
   RendererFactory factory_;
+  GpuLister list_gpus_;
   std::shared_ptr<Document> document_;
-  Backend backend_ = Backend::kAuto;
   QString device_why_;
   QString photo_wanted_;
 
@@ -119,6 +123,7 @@ class MainWindow : public QMainWindow {
   BackgroundJob* photo_job_ = nullptr;
 
   QMenu* recent_menu_ = nullptr;
+  DeviceMenu* device_menu_ = nullptr;
   QAction* perspective_ = nullptr;
   QAction* orthographic_ = nullptr;
   QAction* overlays_ = nullptr;

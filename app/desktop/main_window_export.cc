@@ -32,7 +32,7 @@ ExportScene MainWindow::exportScene() const {
   scene.camera = camera.MakeCamera(size.width(), size.height());
   scene.target_depth = camera.state().distance;
   scene.lighting = grid_->display().lighting;
-  scene.backend = backend_;
+  scene.device = device_menu_->choice();
   scene.factory = factory_;
   return scene;
 }

@@ -135,23 +135,10 @@ void MainWindow::buildViewMenu() {
   overlays_->setChecked(true);
   smooth_ = addAction(menu, tr("S&mooth edges when still"), Qt::Key_S, [this] { updateDisplay(); });
   smooth_->setCheckable(true);
-  QMenu* device = menu->addMenu(tr("Rend&er on"));
-  auto* devices = new QActionGroup(this);
-  const struct {
-    QString text;
-    Backend backend;
-  } backends[] = {{tr("GPU where there is one, else CPU"), Backend::kAuto},
-                  {tr("CPU"), Backend::kCpu},
-                  {tr("GPU"), Backend::kCuda}};
-  for (const auto& entry : backends) {
-    QAction* action = addAction(device, entry.text, {}, [this, backend = entry.backend] {
-      backend_ = backend;
-      grid_->queue()->setBackend(backend);
-    });
-    action->setCheckable(true);
-    devices->addAction(action);
-  }
-  devices->actions().first()->setChecked(true);
+  device_menu_ = new DeviceMenu(list_gpus_, menu);
+  menu->addMenu(device_menu_);
+  connect(device_menu_, &DeviceMenu::chosen, grid_->queue(), &RenderQueue::setDevice);
+  grid_->queue()->setDevice(device_menu_->choice());
   menu->addSeparator();
   QAction* full = addAction(menu, tr("F&ull screen"), Qt::Key_F11, {});
   full->setCheckable(true);

@@ -35,6 +35,19 @@ QImage imageFromFrame(const Frame& frame, const Vec3f& background_srgb) {
   return image;
 }
 
+std::unique_ptr<Renderer> rendererOrAutomatic(const RendererFactory& factory,
+                                              const DeviceChoice& choice, std::string* why) {
+  try {
+    return factory(choice, why);
+  } catch (const DeviceError& error) {
+    if (choice.backend != Backend::kCuda) throw;
+    std::string instead;
+    auto renderer = factory({}, &instead);
+    if (why) *why = std::string(error.what()) + "; automatic: " + instead;
+    return renderer;
+  }
+}
+
 void PreviewCost::Record(double fixed_seconds, double pixel_seconds, std::uint64_t pixels) {
   if (pixels == 0) return;
   const double per_pixel = pixel_seconds / static_cast<double>(pixels);
@@ -123,9 +136,9 @@ void RenderQueue::setActivePane(int pane) {
   active_pane_ = pane;
 }
 
-void RenderQueue::setBackend(Backend backend) {
+void RenderQueue::setDevice(const DeviceChoice& choice) {
   const std::lock_guard lock(mutex_);
-  backend_ = backend;
+  choice_ = choice;
   renderers_stale_ = true;
   running_stop_.request_stop();
   for (auto& [id, pane] : panes_) {
@@ -303,8 +316,8 @@ std::shared_ptr<RenderedView> RenderQueue::draw(const Task& task, const Control&
     // The GPU was lost or is full: go on without it rather than not at all.
     {
       const std::lock_guard lock(mutex_);
-      if (backend_ == Backend::kCpu) throw;
-      backend_ = Backend::kCpu;
+      if (choice_.backend == Backend::kCpu) throw;
+      choice_ = {Backend::kCpu};
     }
     renderers_.clear();
     Renderer& renderer = rendererFor(task.pane);
@@ -313,6 +326,7 @@ std::shared_ptr<RenderedView> RenderQueue::draw(const Task& task, const Control&
         tr("the GPU failed (%1): using the CPU").arg(QString::fromUtf8(error.what())));
     frame = renderer.Render(scene, view->camera, settings, control);
   }
+  tellDevice(task.pane);
   if (request.photos) {
     view->photo_stats = shaderFor(request.photos, rendererFor(task.pane))
                             .Shade(*request.level, request.surface, view->camera, request.lighting,
@@ -327,19 +341,29 @@ std::shared_ptr<RenderedView> RenderQueue::draw(const Task& task, const Control&
 }
 
 Renderer& RenderQueue::rendererFor(int pane) {
-  std::unique_ptr<Renderer>& renderer = renderers_[pane];
-  if (!renderer) {
-    Backend backend;
+  PaneRenderer& own = renderers_[pane];
+  if (!own.renderer) {
+    DeviceChoice choice;
     {
       const std::lock_guard lock(mutex_);
-      backend = backend_;
+      choice = choice_;
     }
     std::string why;
-    renderer = factory_(backend, &why);
-    Q_EMIT deviceChosen(QString::fromStdString(renderer->backend()),
-                        QString::fromStdString(renderer->device()), QString::fromStdString(why));
+    own.renderer = rendererOrAutomatic(factory_, choice, &why);
+    own.told = own.renderer->device();
+    Q_EMIT deviceChosen(QString::fromStdString(own.renderer->backend()),
+                        QString::fromStdString(own.told), QString::fromStdString(why));
   }
-  return *renderer;
+  return *own.renderer;
+}
+
+void RenderQueue::tellDevice(int pane) {
+  PaneRenderer& own = renderers_.at(pane);
+  std::string device = own.renderer->device();
+  if (device == own.told) return;
+  own.told = std::move(device);
+  Q_EMIT deviceChosen(QString::fromStdString(own.renderer->backend()),
+                      QString::fromStdString(own.told), {});
 }
 
 PhotographShader& RenderQueue::shaderFor(const std::shared_ptr<const Survey>& survey,
@@ -347,11 +371,11 @@ PhotographShader& RenderQueue::shaderFor(const std::shared_ptr<const Survey>& su
   if (shader_survey_ != survey) {
     shader_ = std::make_unique<PhotographShader>(*survey);
     shader_survey_ = survey;
-    shader_backend_.clear();
+    shader_gpu_ = Renderer::kNoGpu;
   }
-  if (shader_backend_ != renderer.backend()) {
+  if (shader_gpu_ != renderer.gpu()) {
     shader_->SampleOn(MakePhotoSampler(renderer));
-    shader_backend_ = renderer.backend();
+    shader_gpu_ = renderer.gpu();
   }
   return *shader_;
 }

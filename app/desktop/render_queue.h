@@ -27,7 +27,13 @@
 
 namespace sherd {
 
-using RendererFactory = std::function<std::unique_ptr<Renderer>(Backend, std::string* why)>;
+using RendererFactory =
+    std::function<std::unique_ptr<Renderer>(const DeviceChoice&, std::string* why)>;
+
+// The renderer of a choice; where a GPU that was chosen is not there or cannot be used, that of the
+// automatic choice. `why`, when given, says in one line what draws and why.
+std::unique_ptr<Renderer> rendererOrAutomatic(const RendererFactory& factory,
+                                              const DeviceChoice& choice, std::string* why);
 
 struct RenderRequest {
   std::shared_ptr<const Level> level;
@@ -84,8 +90,8 @@ class RenderQueue : public QObject {
   // Forgets what was asked for.
   void clear(int pane);
   void setActivePane(int pane);
-  // Starts over with renderers of another kind.
-  void setBackend(Backend backend);
+  // Starts over with renderers of another choice, or by default of the automatic one.
+  void setDevice(const DeviceChoice& choice);
   // True when every pane has what it asked for.
   bool isIdle() const;
 
@@ -95,7 +101,8 @@ class RenderQueue : public QObject {
   // 0..1 while a full-resolution picture takes long.
   void progressed(int pane, double fraction);
   void renderFailed(int pane, const QString& message);
-  // `backend` is "cpu" or "cuda", `why` one line for people.
+  // What draws from now on, also where a renderer changed by itself. `backend` is "cpu" or "cuda",
+  // `why` one line for people.
   void deviceChosen(const QString& backend, const QString& device, const QString& why);
 
  private:
@@ -122,6 +129,8 @@ class RenderQueue : public QObject {
   void serve(const Task& task);
   std::shared_ptr<RenderedView> draw(const Task& task, const Control& control);
   Renderer& rendererFor(int pane);
+  // Tells where the pane's renderer is another than it was.
+  void tellDevice(int pane);
   // Its photographs are looked up where `renderer` draws.
   PhotographShader& shaderFor(const std::shared_ptr<const Survey>& survey,
                               const Renderer& renderer);
@@ -136,14 +145,18 @@ class RenderQueue : public QObject {
   Task running_;
   QElapsedTimer running_since_;
   std::stop_source running_stop_;
-  Backend backend_ = Backend::kAuto;
+  DeviceChoice choice_;
   bool renderers_stale_ = false;
 
   // The worker's own.
-  std::map<int, std::unique_ptr<Renderer>> renderers_;
+  struct PaneRenderer {
+    std::unique_ptr<Renderer> renderer;
+    std::string told;  // its device, when it was last told
+  };
+  std::map<int, PaneRenderer> renderers_;
   std::shared_ptr<const Survey> shader_survey_;
   std::unique_ptr<PhotographShader> shader_;
-  std::string shader_backend_;  // of the renderer it looks photographs up beside
+  int shader_gpu_ = Renderer::kNoGpu;  // on which it looks photographs up
 
   std::jthread worker_;  // last: started when everything else is there, joined first
 };

@@ -23,6 +23,7 @@ class PhotographRenderer final : public Renderer {
                const Control& control = {}) override;
   std::string backend() const override { return inner_->backend(); }
   std::string device() const override { return inner_->device(); }
+  int gpu() const override { return inner_->gpu(); }
 
   // Sums over all pictures so far.
   const PhotoShadingStats& photo_stats() const { return stats_; }

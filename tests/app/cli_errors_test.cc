@@ -190,6 +190,14 @@ TEST_F(CliErrors, NoGpuIsSaidWhereOneIsAskedFor) {
   ExpectFailure(
       RunSherd("render " + Q("cloud.ply") + " --size 40x30 --backend cuda --out " + Q("a.png")), 4,
       "");
+  for (const char* device : {"0", "all"}) {
+    ExpectFailure(RunSherd("render " + Q("cloud.ply") + " --size 40x30 --device " + device +
+                           " --out " + Q("a.png")),
+                  4, "GPU");
+  }
+  ExpectFailure(RunSherd("render " + Q("cloud.ply") +
+                         " --size 40x30 --backend cpu --device 0 --out " + Q("a.png")),
+                2, "--backend cpu");
   EXPECT_FALSE(fs::exists(folder_ + "/a.png"));
   const auto fallback = RunSherd("render " + Q("cloud.ply") + " --size 40x30 --out " + Q("a.png"));
   EXPECT_EQ(fallback.code, 0);

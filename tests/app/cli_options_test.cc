@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/cli/device_list.h"
 #include "app/cli/look_options.h"
 #include "app/cli/option_types.h"
 #include "app/cli/progress.h"
@@ -75,8 +76,9 @@ TEST(LookOptions, TheSurfaceIsTheSourcesButForWhatIsSaid) {
   EXPECT_EQ(asked.density.rate, 8);
   EXPECT_EQ(asked.mode, ThresholdMode::kGated);
   EXPECT_EQ(asked.threshold, 0.5);
-  for (const char* bad : {"--density blob", "--density power:99", "--thresholds none",
-                          "--method magic", "--method thesis --backend cuda"}) {
+  for (const char* bad :
+       {"--density blob", "--density power:99", "--thresholds none", "--method magic",
+        "--method thesis --backend cuda", "--method thesis --device 0"}) {
     EXPECT_THROW(Parse(bad), CLI::ParseError) << bad;
   }
 }
@@ -86,6 +88,52 @@ TEST(LookOptions, AMethodOfComparisonCanBeChosen) {
   const auto thesis = RendererOf(Parse("--method thesis"), &why);
   EXPECT_NE(thesis->device().find("thesis"), std::string::npos) << thesis->device();
   EXPECT_EQ(RendererOf(Parse("--backend cpu"), &why)->backend(), "cpu");
+}
+
+TEST(LookOptions, TheDeviceIsOneValue) {
+  EXPECT_EQ(Parse("").Device(), DeviceChoice{});
+  EXPECT_EQ(Parse("--backend cpu").Device(), (DeviceChoice{Backend::kCpu}));
+  EXPECT_EQ(Parse("--backend cuda").Device(), (DeviceChoice{Backend::kCuda}));
+  // A GPU by its number is that GPU or an error, whether or not --backend says cuda too.
+  EXPECT_EQ(Parse("--device 2").Device(), (DeviceChoice{Backend::kCuda, 2}));
+  EXPECT_EQ(Parse("--device 2 --backend cuda").Device(), (DeviceChoice{Backend::kCuda, 2}));
+  EXPECT_EQ(Parse("--device all --backend auto").Device(),
+            (DeviceChoice{Backend::kCuda, DeviceChoice::kAll}));
+  EXPECT_THROW(Parse("--device 0 --backend cpu").Device(), InputError);
+  for (const char* bad : {"--device -1", "--device x", "--device 1,2", "--device \"\""}) {
+    EXPECT_THROW(Parse(bad), CLI::ParseError) << bad;
+  }
+}
+
+TEST(DeviceRows, NameEveryGpuAndWhatIsWrongWithIt) {
+  GpuList gpus;
+  gpus.driver_version = 12080;
+  gpus.toolkit_version = 13000;
+  gpus.reason = "no NVIDIA GPU in this machine";
+  EXPECT_EQ(
+      DeviceRows(gpus),
+      (std::vector<std::vector<std::string>>{
+          {"cuda", "not available: no NVIDIA GPU in this machine (driver 12.8, toolkit 13.0)"}}));
+  EXPECT_EQ(ToJson(gpus.devices), Json::array());
+  gpus.reason.clear();
+  gpus.devices = {{0, "Fake A", 9, 0, 8ull << 30, ""},
+                  {1, "Fake B", 6, 1, 4ull << 30, "its architecture 6.1 is older than 7.5"},
+                  {2, "", 0, 0, 0, "it does not answer: unknown error"}};
+  EXPECT_EQ(
+      DeviceRows(gpus),
+      (std::vector<std::vector<std::string>>{
+          {"cuda", "driver 12.8, toolkit 13.0"},
+          {"GPU 0", "Fake A, 9.0, 8 GB"},
+          {"GPU 1", "Fake B, 6.1, 4 GB: not available: its architecture 6.1 is older than 7.5"},
+          {"GPU 2", "not available: it does not answer: unknown error"}}));
+  const Json json = ToJson(gpus.devices);
+  ASSERT_EQ(json.size(), 3u);
+  EXPECT_EQ(json[0]["memory_bytes"], 8ull << 30);
+  EXPECT_TRUE(json[0]["available"] && json[0]["reason"].is_null());
+  EXPECT_EQ(json[1]["architecture"], "6.1");
+  EXPECT_FALSE(json[1]["available"]);
+  EXPECT_TRUE(json[2]["name"].is_null());
+  EXPECT_EQ(json[2]["reason"], "it does not answer: unknown error");
 }
 
 TEST(LookOptions, LightAlongAVectorSwitchesTheHeadlightOff) {

@@ -297,6 +297,16 @@ TEST_F(CliWorkflow, DevicesNamesBothBackends) {
   const bool cuda = found["backends"][1]["available"];
   EXPECT_EQ(found["auto"], cuda ? "cuda" : "cpu");
   EXPECT_EQ(found["backends"][1]["reason"].is_null(), cuda);
+  EXPECT_EQ(found["auto_gpu"].is_null(), !cuda);
+  for (const std::string part : {"driver", "toolkit"}) {
+    const json& version = found["cuda_" + part];
+    EXPECT_THAT(result.out,
+                HasSubstr(part + " " + (version.is_null() ? "none" : version.get<std::string>())));
+  }
+  for (const json& gpu : found["gpus"]) {
+    EXPECT_THAT(result.out, HasSubstr("GPU " + std::to_string(gpu["index"].get<int>())));
+    EXPECT_EQ(gpu["reason"].is_null(), gpu["available"]);
+  }
 }
 
 TEST_F(CliWorkflow, LinksNoQt) {

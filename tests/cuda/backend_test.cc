@@ -36,7 +36,8 @@ std::vector<std::string> Backends() {
 }
 
 std::unique_ptr<Renderer> RendererNamed(const std::string& name) {
-  return name == "cuda" ? std::unique_ptr<Renderer>(MakeCudaRenderer()) : MakeHostLoopRenderer();
+  return name == "cuda" ? std::unique_ptr<Renderer>(MakeCudaRenderer(FirstUsableGpu()))
+                        : MakeHostLoopRenderer();
 }
 
 // By name, so that a scene's reference is computed once for all backends.

@@ -200,7 +200,7 @@ void MeasurePhotographs(JsonWriter* json) {
   const auto on_cpu = MakeCpuPhotoSampler();
   for (int i = 0; i < kRepeats; ++i) {
     cpu.push_back(seconds(on_cpu.get()));
-    const auto sampler = MakeCudaPhotoSampler(0);
+    const auto sampler = MakeCudaPhotoSampler(0, FirstUsableGpu().idx);
     cold.push_back(seconds(sampler.get()));
     warm.push_back(seconds(sampler.get()));
     use = sampler->use();
@@ -224,7 +224,7 @@ int Run(const Options& options) {
     std::printf("no GPU to measure: %s\n", status.reason.c_str());
     return 0;
   }
-  const auto renderer = MakeCudaRenderer();
+  const auto renderer = MakeCudaRenderer(FirstUsableGpu());
   std::printf("%s\n", renderer->device().c_str());
   JsonWriter json;
   json.BeginObject()

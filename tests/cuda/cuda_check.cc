@@ -121,8 +121,8 @@ PhotoResult RunPhotos(const std::string& backend, std::uint64_t pool_bytes) {
   r.pool_bytes = pool_bytes;
   try {
     const auto cpu = MakeCpuPhotoSampler();
-    const auto sampler =
-        backend == "cuda" ? MakeCudaPhotoSampler(pool_bytes) : MakeHostLoopPhotoSampler(pool_bytes);
+    const auto sampler = backend == "cuda" ? MakeCudaPhotoSampler(pool_bytes, FirstUsableGpu().idx)
+                                           : MakeHostLoopPhotoSampler(pool_bytes);
     std::vector<PhotoColors> expected(kLookups), got(kLookups);
     for (int k = 0; k < kPhotos; ++k) {
       const auto id = static_cast<std::uint32_t>(k);
@@ -292,7 +292,7 @@ int Run(const Options& options) {
     } else if (name == "host-loop") {
       renderers.push_back(MakeHostLoopRenderer());
     } else {
-      renderers.push_back(MakeCudaRenderer());  // throws where there is no GPU
+      renderers.push_back(MakeCudaRenderer(FirstUsableGpu()));  // throws where there is no GPU
     }
   }
 

@@ -1,4 +1,4 @@
-// The choice of a backend, and what happens when a GPU fails in the middle.
+// What happens when a GPU fails in the middle.
 #include "cuda/fallback.h"
 
 #include <gtest/gtest.h>
@@ -6,13 +6,8 @@
 #include <memory>
 #include <string>
 
-#include "cuda/cuda_renderer.h"
-#include "cuda/renderers.h"
 #include "datasets_synthetic/peer_scenes.h"
 #include "metaball/error.h"
-#ifdef SHERD_HAVE_CUDA
-#include "cuda/device_query.h"
-#endif
 
 namespace sherd {
 namespace {
@@ -123,69 +118,6 @@ TEST_F(FallbackTest, CancellingIsNoFailure) {
   EXPECT_THROW(Render(), Cancelled);
   EXPECT_EQ(renderer_->backend(), "cuda");
 }
-
-TEST(ParseBackend, KnowsItsThreeNames) {
-  EXPECT_EQ(ParseBackend("auto"), Backend::kAuto);
-  EXPECT_EQ(ParseBackend("cpu"), Backend::kCpu);
-  EXPECT_EQ(ParseBackend("cuda"), Backend::kCuda);
-  for (const char* name : {"", "gpu", "CUDA", "auto "}) {
-    EXPECT_THROW(ParseBackend(name), InputError) << name;
-  }
-}
-
-TEST(MakeRenderer, AutomaticChoiceSaysWhatAndWhyInOneLine) {
-  std::string why;
-  const auto renderer = MakeRenderer(Backend::kAuto, &why);
-  const CudaStatus status = QueryCuda();
-  EXPECT_EQ(renderer->backend(), status.available ? "cuda" : "cpu");
-  EXPECT_EQ(why.find('\n'), std::string::npos);
-  EXPECT_NE(why.find(renderer->device()), std::string::npos) << why;
-  if (!status.available) {
-    EXPECT_FALSE(status.reason.empty());
-    EXPECT_TRUE(status.device.empty());
-    EXPECT_NE(why.find(status.reason), std::string::npos) << why;
-  }
-#ifndef SHERD_HAVE_CUDA
-  EXPECT_EQ(status.reason, "built without CUDA");
-#endif
-  const PeerScene field = MakeHeightField(500, 40, 30);
-  EXPECT_GT(renderer->Render(field.scene, field.camera, {}).stats.hits, 0u);
-}
-
-TEST(MakeRenderer, TheCpuIsAlwaysThere) {
-  std::string why;
-  EXPECT_EQ(MakeRenderer(Backend::kCpu, &why)->backend(), "cpu");
-  EXPECT_FALSE(why.empty());
-  EXPECT_EQ(MakeRenderer(Backend::kCpu)->backend(), "cpu");
-}
-
-TEST(MakeRenderer, DemandingAGpuThatIsNotThereIsAnErrorWithTheReason) {
-  const CudaStatus status = QueryCuda();
-  if (status.available) {
-    EXPECT_EQ(MakeRenderer(Backend::kCuda)->backend(), "cuda");
-    return;
-  }
-  try {
-    MakeRenderer(Backend::kCuda);
-    FAIL();
-  } catch (const DeviceError& error) {
-    EXPECT_NE(std::string(error.what()).find(status.reason), std::string::npos) << error.what();
-  }
-  EXPECT_THROW(MakeCudaRenderer(), DeviceError);
-}
-
-#ifdef SHERD_HAVE_CUDA
-TEST(ExplainNoDevices, NamesTheCause) {
-  constexpr int kNoDevice = 100, kInsufficientDriver = 35, kUnknown = 999;
-  EXPECT_EQ(ExplainNoDevices(0, 1, 13000), "");
-  EXPECT_EQ(ExplainNoDevices(kInsufficientDriver, 0, 0), "no NVIDIA driver");
-  const std::string old = ExplainNoDevices(kInsufficientDriver, 0, 12020);
-  EXPECT_NE(old.find("too old: it supports CUDA 12.2"), std::string::npos) << old;
-  EXPECT_EQ(ExplainNoDevices(kNoDevice, 0, 13000), "no NVIDIA GPU in this machine");
-  EXPECT_EQ(ExplainNoDevices(0, 0, 13000), "no NVIDIA GPU in this machine");
-  EXPECT_NE(ExplainNoDevices(kUnknown, 0, 13000).find("does not answer"), std::string::npos);
-}
-#endif
 
 }  // namespace
 }  // namespace sherd

@@ -147,7 +147,7 @@ TEST(PhotoSampler, IsMadeForRenderersOnTheGpuAlone) {
   EXPECT_EQ(MakePhotoSampler(*MakeCpuRenderer()), nullptr);
   EXPECT_EQ(MakePhotoSampler(*MakeHostLoopRenderer()), nullptr);
   if (QueryCuda().available) return;
-  EXPECT_THROW(MakeCudaPhotoSampler(0), DeviceError);
+  EXPECT_THROW(MakeCudaPhotoSampler(0, 0), DeviceError);
 }
 
 TEST(TileSlots, AFailedLoadLosesNoSlot) {

@@ -23,10 +23,19 @@ class FakeRendererLog {
   std::atomic<QSize> hold_full_size{QSize(0, 0)};  // pictures of this size last until stopped
   std::string fail_with;                           // set only while nothing is drawn
   std::atomic<bool> device_fails{false};
+  std::atomic<bool> ailing{false};  // the device calls itself by another name
 
   std::vector<int> supersamples() const {
     const std::lock_guard lock(mutex_);
     return supersamples_;
+  }
+  std::vector<DeviceChoice> choices() const {
+    const std::lock_guard lock(mutex_);
+    return choices_;
+  }
+  void choose(const DeviceChoice& choice) {
+    const std::lock_guard lock(mutex_);
+    choices_.push_back(choice);
   }
   void drawn(const RenderSettings& settings) {
     const std::lock_guard lock(mutex_);
@@ -36,12 +45,13 @@ class FakeRendererLog {
  private:
   mutable std::mutex mutex_;
   std::vector<int> supersamples_;
+  std::vector<DeviceChoice> choices_;
 };
 
 class FakeRenderer : public Renderer {
  public:
-  FakeRenderer(std::shared_ptr<FakeRendererLog> log, Backend backend)
-      : log_(std::move(log)), backend_(backend) {}
+  FakeRenderer(std::shared_ptr<FakeRendererLog> log, const DeviceChoice& choice)
+      : log_(std::move(log)), backend_(choice.backend) {}
 
   Frame Render(const Scene&, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
@@ -68,7 +78,7 @@ class FakeRenderer : public Renderer {
     return frame;
   }
   std::string backend() const override { return backend_ == Backend::kCpu ? "cpu" : "cuda"; }
-  std::string device() const override { return "a fake"; }
+  std::string device() const override { return log_->ailing ? "an ailing fake" : "a fake"; }
 
  private:
   std::shared_ptr<FakeRendererLog> log_;
@@ -76,9 +86,11 @@ class FakeRenderer : public Renderer {
 };
 
 inline RendererFactory FakeRendererFactory(std::shared_ptr<FakeRendererLog> log) {
-  return [log](Backend backend, std::string* why) -> std::unique_ptr<Renderer> {
+  return [log](const DeviceChoice& choice, std::string* why) -> std::unique_ptr<Renderer> {
+    log->choose(choice);
+    if (choice.gpu > 0) throw DeviceError("CUDA", 0, "there is no such GPU");
     if (why) *why = "because";
-    return std::make_unique<FakeRenderer>(log, backend);
+    return std::make_unique<FakeRenderer>(log, choice);
   };
 }
 

@@ -153,6 +153,49 @@ TEST_F(RenderQueueTest, ALostGpuIsReplacedByTheCpu) {
   EXPECT_TRUE(device.last()[2].toString().contains(QStringLiteral("GPU failed")));
 }
 
+TEST_F(RenderQueueTest, AnotherDeviceDrawsAtOnce) {
+  RenderQueue queue(FakeRendererFactory(log_));
+  QSignalSpy device(&queue, &RenderQueue::deviceChosen);
+  queue.request(queue.addPane(), RequestFor(level_));
+  ASSERT_TRUE(WaitUntilIdle(queue));
+  QSignalSpy views(&queue, &RenderQueue::viewRendered);
+  queue.setDevice({Backend::kCuda, 0});
+  ASSERT_TRUE(QTest::qWaitFor([&views] { return !views.isEmpty(); }, kWaitMs));
+  ASSERT_TRUE(WaitUntilIdle(queue));
+  EXPECT_EQ(log_->choices(),
+            (std::vector<DeviceChoice>{DeviceChoice{}, DeviceChoice{Backend::kCuda, 0}}));
+  EXPECT_EQ(device.last()[2].toString(), QStringLiteral("because"));
+}
+
+TEST_F(RenderQueueTest, AGpuThatIsNotThereIsSaidAndTheAutomaticChoiceDraws) {
+  RenderQueue queue(FakeRendererFactory(log_));
+  queue.setDevice({Backend::kCuda, 3});
+  QSignalSpy device(&queue, &RenderQueue::deviceChosen);
+  QSignalSpy views(&queue, &RenderQueue::viewRendered);
+  QSignalSpy failed(&queue, &RenderQueue::renderFailed);
+  queue.request(queue.addPane(), RequestFor(level_));
+  ASSERT_TRUE(WaitUntilIdle(queue));
+  EXPECT_TRUE(failed.isEmpty());
+  EXPECT_FALSE(views.isEmpty());
+  ASSERT_EQ(device.size(), 1);
+  EXPECT_EQ(device.last()[2].toString(),
+            QStringLiteral("CUDA: there is no such GPU; automatic: because"));
+}
+
+TEST_F(RenderQueueTest, ADeviceThatChangesByItselfIsTold) {
+  RenderQueue queue(FakeRendererFactory(log_));
+  QSignalSpy device(&queue, &RenderQueue::deviceChosen);
+  const int pane = queue.addPane();
+  queue.request(pane, RequestFor(level_));
+  ASSERT_TRUE(WaitUntilIdle(queue));
+  EXPECT_EQ(device.size(), 1);
+  log_->ailing = true;
+  queue.request(pane, RequestFor(level_));
+  ASSERT_TRUE(WaitUntilIdle(queue));
+  ASSERT_EQ(device.size(), 2);
+  EXPECT_EQ(device.last()[1].toString(), QStringLiteral("an ailing fake"));
+}
+
 TEST_F(RenderQueueTest, EndsWhileDrawing) {
   log_->hold_full_size = {64, 48};
   {

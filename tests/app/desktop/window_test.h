@@ -61,6 +61,8 @@ class WindowTest : public QObject {
   void badFilesEndInADialog();
   void unwritableExportEndsInADialog();
   void remembersWindowAndFiles();
+  void choosesTheDevice();
+  void saysThatTheSavedDeviceIsNotThere();
   void helpAndAbout();
 
  private:
