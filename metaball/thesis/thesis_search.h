@@ -243,30 +243,31 @@ class ThesisSearch {
     const Real smallest = Real(1) / steepest_;
     const Real base = rules_->step * smallest;
     const Real width = Max(rules_->tolerance * smallest, kFinestStep * end_);
-    Real t = Max(Real(0), begin_);
-    Sample here = At<kGated, true>(t);
-    if (here.level >= Real(0)) return t;
-    for (int steps = 0; t < end_; ++steps) {
+    Real t = Max(Real(0), begin_), before = t;
+    for (int steps = 0;; ++steps) {
+      const Sample here = At<kGated, true>(t);
+      if (here.level >= Real(0)) return steps == 0 ? t : Narrow<kGated>(before, t, width);
+      if (!(t < end_)) return Real(-1);
       if (steps == kMaxSteps) {
         ++counts->unresolved;
-        break;
+        return Real(-1);
       }
       const Real near = -here.level / rules_->threshold;
       const Real along = kHorizon + (Real(1) - kHorizon) * here.horizon;
+      before = t;
       // Never less than the numbers can tell apart, however far the camera.
-      const Real next = t + Max(base * Min(Max(2 * near, kNear), kFar) * along, width);
-      here = At<kGated, true>(next);
-      if (here.level >= Real(0)) {
-        Real outside = t, inside = next;
-        while (inside - outside > width) {
-          const Real middle = Real(0.5) * (outside + inside);
-          (At<kGated, false>(middle).level >= Real(0) ? inside : outside) = middle;
-        }
-        return inside;
-      }
-      t = next;
+      t += Max(base * Min(Max(2 * near, kNear), kFar) * along, width);
     }
-    return Real(-1);
+  }
+
+  // Bisects between a place outside and one inside.
+  template <bool kGated>
+  SHERD_HD Real Narrow(Real outside, Real inside, Real width) const {
+    while (inside - outside > width) {
+      const Real middle = Real(0.5) * (outside + inside);
+      (At<kGated, false>(middle).level >= Real(0) ? inside : outside) = middle;
+    }
+    return inside;
   }
 
   // The horizon only where it is asked for.
