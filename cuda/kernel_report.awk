@@ -13,8 +13,10 @@ BEGIN {
 
 /Compiling entry function/ {
   name = ""
-  # ForEachKernel<sherd::kernels::X> or
-  # BlockKernel<sherd::kernels::TraceProgram<...<radii, colours, T, shape, c> > >
+  own_stack = 0
+  # ForEachKernel<sherd::kernels::X>,
+  # BlockKernel<sherd::kernels::TraceProgram<...<radii, colours, T, shape, c> > > or
+  # BoundedForEachKernel<sherd::kernels::ThesisRays<...<T, shape, own> > >
   if (match($0, /sherd::ForEachKernel<sherd::kernels::[A-Za-z]+>/)) {
     name = substr($0, RSTART, RLENGTH)
     sub(/.*::/, "", name)
@@ -27,6 +29,13 @@ BEGIN {
            (feature[2] == "true" ? "colours" : "one colour") ", " feature[3] ", " \
            (feature[4] ~ /AnyShape/ ? "any density" : "Murakami\047s density")
     size = 64
+  } else if (match($0, /ThesisTraits<[a-z]+, sherd::[A-Za-z]+.*, (true|false)> > >\(/)) {
+    name = substr($0, RSTART + 13, RLENGTH - 13)
+    name = "ThesisRays, " (name ~ /^float/ ? "float" : "double") ", " \
+           (name ~ /true> > >\($/ ? "radii or thresholds differ" : "all alike") ", " \
+           (name ~ /AnyShape/ ? "any density" : "Murakami\047s density")
+    size = 128
+    own_stack = 1  # what a node takes
   }
 }
 /bytes stack frame/ { stack = $1; spills = $5 + $9 }
@@ -46,6 +55,7 @@ BEGIN {
   limit = resident == by_threads ? "threads" : resident == by_blocks ? "blocks" : \
           resident == by_memory ? "shared memory" : "registers"
   printf "%s\t| %s | %d | %d | %d | %d B | %d of %d | %s |\t%d\n", architecture, name, registers, spills, \
-         stack, shared, resident * size / 32, threads[architecture] / 32, limit, spills + stack
+         stack, shared, resident * size / 32, threads[architecture] / 32, limit, \
+         spills + (own_stack ? 0 : stack)
   name = ""
 }
