@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "cuda/cuda_thesis_renderer.h"
 #include "cuda/renderers.h"
 #include "metaball/cpu_renderer.h"
 #include "metaball/precision.h"
@@ -26,6 +27,17 @@ void AddOurs(const Scene& scene, std::vector<Contender>* list) {
   if (QueryCuda().available) {
     list->push_back(
         {"ours", "ours, CUDA", "CUDA", precision, "cuda", MakeRenderer(Backend::kCuda)});
+  }
+}
+
+void AddThesisOnGpu(std::vector<Contender>* list) {
+  for (const bool gated : {true, false}) {
+    for (const auto& [precision, name] : {std::pair{ThesisPrecision::kFloat, "float"},
+                                          std::pair{ThesisPrecision::kDouble, "double"}}) {
+      list->push_back({"thesis", "thesis, CUDA",
+                       std::string("depth 7, step 0.1, ") + (gated ? "gated" : "not gated"), name,
+                       "cuda", MakeCudaThesisRenderer({.gated = gated}, precision)});
+    }
   }
 }
 
@@ -53,6 +65,7 @@ std::vector<Contender> MakeContenders(Method method, const Scene& scene) {
         }
         add(series, "depth 6, step 0.03", {.step = 0.03, .thesis_depth = 6, .thesis_gated = gated});
       }
+      if (QueryCuda().available) AddThesisOnGpu(&list);
       break;
     case Method::kFixedMarch:
     case Method::kAdaptiveMarch:
@@ -95,7 +108,7 @@ const std::vector<std::string>& AllSeries() {
   static const std::vector<std::string> series = {
       "ours, vectors",     "ours, scalar",     "ours, CUDA",        "thesis, gated",
       "fixed march",       "adaptive march",   "thesis, not gated", "sphere tracing",
-      "interval, doubles", "interval, floats", "polynomial"};
+      "interval, doubles", "interval, floats", "polynomial",        "thesis, CUDA"};
   return series;
 }
 
