@@ -99,11 +99,11 @@ class ThesisPipeline {
   // Builds the octree and brings it over with the metaballs, where anything has changed.
   void UseScene(const Scene& scene, const Control& control) {
     const std::shared_ptr<const Cloud>& cloud = scene.cloud;
-    const double margin = ThesisMargin(scene);
-    if (cloud_.lock() == cloud && cloud_size_ == cloud->size() &&
-        cloud_revisions_ == cloud->revisions && margin_ == margin) {
-      return;
-    }
+    const bool known = cloud_.lock() == cloud && cloud_size_ == cloud->size() &&
+                       cloud_revisions_ == cloud->revisions;
+    const double largest = known ? largest_radius_ : LargestRadius(*cloud);
+    const double margin = ThesisMargin(largest, scene.surface);
+    if (known && margin_ == margin) return;
     ReleaseAll();
     control.Report("building the octree", 0.0);
     MortonOctree octree;
@@ -134,6 +134,7 @@ class ThesisPipeline {
     cloud_ = cloud;
     cloud_size_ = n;
     cloud_revisions_ = cloud->revisions;
+    largest_radius_ = largest;
     margin_ = margin;
   }
 
@@ -268,7 +269,7 @@ class ThesisPipeline {
         srgb_table_.data(), LinearFromRgb8(cloud.uniform_color)};
     const auto plane = [](auto& buffer) { return buffer.size() > 0 ? buffer.data() : nullptr; };
     machine_.ForEach("ThesisRays", Kernel::Threads(local.width, rows),
-                     Kernel{local,
+                     Kernel{{local, 1.0 / local.fx, 1.0 / local.fy},
                             first_row,
                             rows,
                             {options_.depth, corner_.cast<Real>(), static_cast<Real>(size_),
@@ -305,7 +306,7 @@ class ThesisPipeline {
   std::weak_ptr<const Cloud> cloud_;
   std::size_t cloud_size_ = 0;
   CloudRevisions cloud_revisions_;
-  double margin_ = 0.0;
+  double largest_radius_ = 0.0, margin_ = 0.0;
   Vec3d corner_{};
   double size_ = 1.0;
   Buffer<std::uint64_t> near_, held_;

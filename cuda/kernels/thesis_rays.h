@@ -74,6 +74,13 @@ struct ThesisCounts {
 };
 inline constexpr int kThesisCounts = 256;
 
+// The whole picture's camera, eye and orthographic scale in local units, and what divides by its
+// focal lengths without a division.
+struct ThesisCamera {
+  Camera camera;
+  double inverse_fx = 1.0, inverse_fy = 1.0;
+};
+
 // A ray in the numbers it is traced with: at depth `base` along it lies `origin`.
 template <class Real>
 struct ThesisRay {
@@ -81,18 +88,19 @@ struct ThesisRay {
   double base = 0.0;
 };
 
-SHERD_HD ThesisRay<double> AimThesisRay(const Camera& camera, const OctreeView<double>&, double x,
-                                        double y) {
-  const RayD ray = RayThrough(camera, x, y);
+SHERD_HD ThesisRay<double> AimThesisRay(const ThesisCamera& view, const OctreeView<double>&,
+                                        double x, double y) {
+  const RayD ray = RayThrough(view.camera, x, y);
   return {ray.origin, ray.direction, 0.0};
 }
 
 // Floats cannot hold a distant camera: the ray is moved up to the sphere around the octree's cube,
 // in doubles, of which few are slow ones (no division, no root).
-SHERD_HD ThesisRay<float> AimThesisRay(const Camera& camera, const OctreeView<float>& octree,
+SHERD_HD ThesisRay<float> AimThesisRay(const ThesisCamera& view, const OctreeView<float>& octree,
                                        double x, double y) {
-  const Vec3d offset = camera.right * ((x - camera.cx) * (1.0 / camera.fx)) +
-                       camera.down * ((y - camera.cy) * (1.0 / camera.fy));
+  const Camera& camera = view.camera;
+  const Vec3d offset = camera.right * ((x - camera.cx) * view.inverse_fx) +
+                       camera.down * ((y - camera.cy) * view.inverse_fy);
   const bool perspective = camera.projection == Projection::kPerspective;
   const Vec3d eye = perspective ? camera.eye : camera.eye + offset;
   const Vec3d along = perspective ? camera.forward + offset : camera.forward;
@@ -125,7 +133,7 @@ struct ThesisRays {
   using Metaballs = ListedMetaballs<Traits::kOwn>;
   using Store = ThesisStore<ThesisTaken<Real, Traits::kOwn>>;
 
-  Camera camera;                // the whole picture's; eye and orthographic scale in local units
+  ThesisCamera view;
   int first_row = 0, rows = 0;  // of the picture that are drawn
   OctreeView<Real> octree;
   Metaballs metaballs;
@@ -152,11 +160,11 @@ struct ThesisRays {
   SHERD_HD void operator()(std::uint64_t thread) const {
     const std::uint64_t square = thread / (kSide * kSide);
     const int within = static_cast<int>(thread % (kSide * kSide));
-    const std::uint64_t columns = Across(camera.width);
+    const std::uint64_t columns = Across(view.camera.width);
     const int x = static_cast<int>(square % columns) * kSide + within % kSide;
     const int y = static_cast<int>(square / columns) * kSide + within / kSide;
-    if (x >= camera.width || y >= rows) return;
-    const ThesisRay<Real> ray = AimThesisRay(camera, octree, x + 0.5, first_row + y + 0.5);
+    if (x >= view.camera.width || y >= rows) return;
+    const ThesisRay<Real> ray = AimThesisRay(view, octree, x + 0.5, first_row + y + 0.5);
     Store store;
     ThesisSearch<Real, typename Traits::Shape, Metaballs, Store> search(octree, metaballs, density,
                                                                         rules, &store);
@@ -177,7 +185,7 @@ struct ThesisRays {
       if (!(local_depth > 0.0)) AtomicAdd(&sums.started_inside, 1);
     }
     if (rare.unresolved != 0) AtomicAdd(&sums.unresolved, 1);
-    const std::size_t at = static_cast<std::size_t>(y) * camera.width + x;
+    const std::size_t at = static_cast<std::size_t>(y) * view.camera.width + x;
     out_color[at] = lit.color;
     if (out_depth) out_depth[at] = world_depth;
     if (out_normal) out_normal[at] = lit.normal;

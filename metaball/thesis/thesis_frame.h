@@ -10,11 +10,16 @@
 
 namespace sherd {
 
-// The largest support's radius, local units: what the octree adds around the centres. O(n).
-inline double ThesisMargin(const Scene& scene) {
-  double largest = scene.cloud->uniform_radius;
-  for (const float r : scene.cloud->radius) largest = std::max(largest, static_cast<double>(r));
-  return largest * scene.surface.radius_scale * ResolveDensity(scene.surface.density).support;
+// Local units. O(n).
+inline double LargestRadius(const Cloud& cloud) {
+  double largest = cloud.uniform_radius;
+  for (const float r : cloud.radius) largest = std::max(largest, static_cast<double>(r));
+  return largest;
+}
+
+// The largest support's radius, local units: what the octree adds around the centres.
+inline double ThesisMargin(double largest_radius, const Surface& surface) {
+  return largest_radius * surface.radius_scale * ResolveDensity(surface.density).support;
 }
 
 // Whether each metaball's threshold is its own.

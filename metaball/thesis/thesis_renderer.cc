@@ -109,7 +109,7 @@ class ThesisRenderer final : public Renderer {
 
   void BuildOctree(const Scene& scene, const Control& control) {
     const Cloud& cloud = *scene.cloud;
-    const double margin = ThesisMargin(scene);
+    const double margin = ThesisMargin(LargestRadius(cloud), scene.surface);
     if (built_for_ == scene.cloud && built_revisions_ == cloud.revisions &&
         built_margin_ == margin) {
       return;
