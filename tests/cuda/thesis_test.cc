@@ -209,13 +209,13 @@ TEST(ThesisKernel, FloatsDrawNearlyTheSame) {
   }
 }
 
-// Ten thousand radii away: floats that were counted from the camera would be off by a tenth of a
+// A million radii away: floats that were counted from the camera would be off by a tenth of a
 // radius.
 TEST(ThesisKernel, FloatsDrawWhatADistantCameraSees) {
   const Scene scene = SceneOf(Ball(2000, 0.15, false, false), 0.4);
   const Camera cameras[] = {
-      Camera::LookAt({300, 500, -1400}, {0, 0, 0}, {0, 1, 0}, 1.5e-3, 100, 80),
-      Camera::LookAtOrthographic({300, 500, -1400}, {0, 0, 0}, {0, 1, 0}, 2.2, 100, 80)};
+      Camera::LookAt({30e3, 50e3, -140e3}, {0, 0, 0}, {0, 1, 0}, 1.5e-5, 100, 80),
+      Camera::LookAtOrthographic({30e3, 50e3, -140e3}, {0, 0, 0}, {0, 1, 0}, 2.2, 100, 80)};
   for (const Camera& camera : cameras) {
     const Frame doubles = OnCpu({.depth = 5}, scene, camera);
     const Frame floats = InFloats({.depth = 5}, scene, camera);
