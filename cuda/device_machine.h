@@ -37,6 +37,15 @@ __global__ void __launch_bounds__(256)
   if (i < n) body(i);
 }
 
+// The same where the body says how many threads a block has, and how many blocks a multiprocessor
+// is to hold at least, which decides how many registers a thread gets.
+template <class Body>
+__global__ void __launch_bounds__(Body::kThreads, Body::kBlocksPerMultiprocessor)
+    BoundedForEachKernel(const __grid_constant__ Body body, std::uint64_t n) {
+  const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (i < n) body(i);
+}
+
 template <class Program>
 __global__ void __launch_bounds__(Program::kThreads, Program::kBlocksPerMultiprocessor)
     BlockKernel(const __grid_constant__ Program program) {
@@ -264,9 +273,14 @@ class DeviceMachine {
     if (n == 0) return;
     ThrowIfStopped();
     const Timed timed(this, name);
-    constexpr unsigned kThreads = 256;
-    const auto blocks = static_cast<unsigned>((n + kThreads - 1) / kThreads);
-    ForEachKernel<Body><<<blocks, kThreads, 0, stream_.get()>>>(body, n);
+    if constexpr (requires { Body::kBlocksPerMultiprocessor; }) {
+      const auto blocks = static_cast<unsigned>((n + Body::kThreads - 1) / Body::kThreads);
+      BoundedForEachKernel<Body><<<blocks, Body::kThreads, 0, stream_.get()>>>(body, n);
+    } else {
+      constexpr unsigned kThreads = 256;
+      const auto blocks = static_cast<unsigned>((n + kThreads - 1) / kThreads);
+      ForEachKernel<Body><<<blocks, kThreads, 0, stream_.get()>>>(body, n);
+    }
     CheckCuda(cudaGetLastError(), std::string("launch of ") + name);
   }
 

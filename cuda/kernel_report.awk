@@ -13,7 +13,9 @@ BEGIN {
 
 /Compiling entry function/ {
   name = ""
-  # ForEachKernel<sherd::kernels::X<...> > or BlockKernel<sherd::kernels::P<...> >
+  own_stack = 0
+  # ForEachKernel<sherd::kernels::X<...> >, BlockKernel<sherd::kernels::P<...> > or
+  # BoundedForEachKernel<sherd::kernels::ThesisRays<...<T, shape, own> > >
   if (match($0, /TraceTraits<\(sherd::ThresholdMode\)[0-9], [a-z]+, [a-z]+, [a-z]+, sherd::[A-Za-z]+/)) {
     name = substr($0, RSTART + 12, RLENGTH - 12)
     split(name, feature, /, /)
@@ -27,6 +29,13 @@ BEGIN {
     split(name, feature, /, sherd::kernels::/)
     name = feature[2] ", " feature[1]
     size = 64
+  } else if (match($0, /ThesisTraits<[a-z]+, sherd::[A-Za-z]+.*, (true|false)> > >\(/)) {
+    name = substr($0, RSTART + 13, RLENGTH - 13)
+    name = "ThesisRays, " (name ~ /^float/ ? "float" : "double") ", " \
+           (name ~ /true> > >\($/ ? "radii or thresholds differ" : "all alike") ", " \
+           (name ~ /AnyShape/ ? "any density" : "Murakami\047s density")
+    size = 128
+    own_stack = 1  # what a node takes
   } else if (match($0, /ForEachKernel<sherd::kernels::.*>\(/)) {
     name = substr($0, RSTART + 30, RLENGTH - 33)
     gsub(/sherd::kernels::|sherd::|\(ThresholdMode\)|\(|\)/, "", name)
@@ -53,6 +62,7 @@ BEGIN {
   limit = resident == by_threads ? "threads" : resident == by_blocks ? "blocks" : \
           resident == by_memory ? "shared memory" : "registers"
   printf "%s\t| %s | %d | %d | %d | %d B | %d of %d | %s |\t%d\n", architecture, name, registers, spills, \
-         stack, shared, resident * size / 32, threads[architecture] / 32, limit, spills + stack
+         stack, shared, resident * size / 32, threads[architecture] / 32, limit, \
+         spills + (own_stack ? 0 : stack)
   name = ""
 }

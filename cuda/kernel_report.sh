@@ -25,7 +25,7 @@ flags="-std=c++20 --expt-relaxed-constexpr -O3 -DNDEBUG -I. -Xptxas -v"
 
 : >"$work/rows"
 for architecture in $architectures; do
-  for source in cuda/cuda_renderer.cu cuda/photo_sampler.cu; do
+  for source in cuda/cuda_renderer.cu cuda/cuda_thesis_renderer.cu cuda/photo_sampler.cu; do
     "$nvcc" $flags -arch="sm_$architecture" -cubin -o "$work/out.cubin" "$source" \
       2>&1 | c++filt | awk -v architecture="$architecture" -f cuda/kernel_report.awk >>"$work/rows"
   done
@@ -38,9 +38,10 @@ mkdir -p "$(dirname "$out")"
   echo "Made by \`cuda/kernel_report.sh $out\` with $("$nvcc" --version | grep -o 'release [0-9.]*, V[0-9.]*')"
   echo "(\`nvcc $flags -arch=sm_NN -cubin\` of its .cu files). CUB's own kernels are left out."
   echo
-  echo "Spills are bytes stored + loaded; stack is the frame in bytes. Warps: resident on one"
-  echo "multiprocessor, of those it can hold, and what limits them, calculated from registers, shared"
-  echo "memory (with the 1 KB a block that the system keeps from 8.0 on), threads and blocks."
+  echo "Spills are bytes stored + loaded; stack is the frame in bytes (that of ThesisRays holds what a"
+  echo "node takes). Warps: resident on one multiprocessor, of those it can hold, and what limits them,"
+  echo "calculated from registers, shared memory (with the 1 KB a block that the system keeps from 8.0"
+  echo "on), threads and blocks."
   echo
   for architecture in $architectures; do
     echo "## sm_$architecture"

@@ -1,5 +1,6 @@
 // What a build without the CUDA toolkit answers.
 #include "cuda/cuda_renderer.h"
+#include "cuda/cuda_thesis_renderer.h"
 #include "cuda/device_query.h"
 #include "cuda/photo_sampler.h"
 #include "metaball/error.h"
@@ -20,6 +21,13 @@ GpuList ListGpus() {
 std::string WhyUnusable(const CudaDevice&) { return kReason; }
 
 std::unique_ptr<ProfilingRenderer> MakeCudaRenderer(const CudaDevice&) {
+  throw DeviceError("CUDA", 0, kReason);
+}
+
+std::unique_ptr<ProfilingRenderer> MakeCudaThesisRenderer(const CudaDevice&,
+                                                          const ThesisOptions& options,
+                                                          ThesisPrecision) {
+  CheckThesisOptions(options);
   throw DeviceError("CUDA", 0, kReason);
 }
 

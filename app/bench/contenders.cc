@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "cuda/cuda_thesis_renderer.h"
 #include "cuda/renderers.h"
 #include "metaball/cpu_renderer.h"
 #include "metaball/precision.h"
@@ -25,6 +26,21 @@ void AddOurs(const Scene& scene, const DeviceChoice& choice, std::vector<Contend
       {"ours", "ours, vectors", "vectors", precision, "cpu", MakeCpuRenderer(CpuPath::kBest)});
   if (auto gpu = MakeGpuRenderer(choice)) {
     list->push_back({"ours", "ours, CUDA", "CUDA", precision, "cuda", std::move(gpu)});
+  }
+}
+
+// On the GPU that ours is measured on.
+void AddThesisOnGpu(const DeviceChoice& choice, std::vector<Contender>* list) {
+  const CudaDevice gpu = choice.gpu < 0
+                             ? FirstUsableGpu()
+                             : ListGpus().devices.at(static_cast<std::size_t>(choice.gpu));
+  for (const bool gated : {true, false}) {
+    for (const auto& [precision, name] : {std::pair{ThesisPrecision::kFloat, "float"},
+                                          std::pair{ThesisPrecision::kDouble, "double"}}) {
+      list->push_back({"thesis", "thesis, CUDA",
+                       std::string("depth 7, step 0.1, ") + (gated ? "gated" : "not gated"), name,
+                       "cuda", MakeCudaThesisRenderer(gpu, {.gated = gated}, precision)});
+    }
   }
 }
 
@@ -58,6 +74,7 @@ std::vector<Contender> MakeContenders(Method method, const Scene& scene,
         }
         add(series, "depth 6, step 0.03", {.step = 0.03, .thesis_depth = 6, .thesis_gated = gated});
       }
+      if (QueryCuda().available) AddThesisOnGpu(choice, &list);
       break;
     case Method::kFixedMarch:
     case Method::kAdaptiveMarch:
@@ -101,7 +118,7 @@ const std::vector<std::string>& AllSeries() {
   static const std::vector<std::string> series = {
       "ours, vectors",     "ours, scalar",     "ours, CUDA",        "thesis, gated",
       "fixed march",       "adaptive march",   "thesis, not gated", "sphere tracing",
-      "interval, doubles", "interval, floats", "polynomial"};
+      "interval, doubles", "interval, floats", "polynomial",        "thesis, CUDA"};
   return series;
 }
 

@@ -29,7 +29,7 @@ struct Style {
   Mark mark;
 };
 // In the order of AllSeries(): ours in the strongest colours, told apart without colours by marks.
-constexpr std::array<Style, 11> kStyles = {{{200, 30, 40, Mark::kStar},
+constexpr std::array<Style, 12> kStyles = {{{200, 30, 40, Mark::kStar},
                                             {230, 120, 20, Mark::kStar},
                                             {150, 20, 110, Mark::kStar},
                                             {40, 90, 180, Mark::kSquare},
@@ -39,7 +39,8 @@ constexpr std::array<Style, 11> kStyles = {{{200, 30, 40, Mark::kStar},
                                             {120, 80, 30, Mark::kDiamond},
                                             {110, 70, 180, Mark::kCircle},
                                             {190, 140, 220, Mark::kCircle},
-                                            {70, 70, 70, Mark::kPlus}}};
+                                            {70, 70, 70, Mark::kPlus},
+                                            {20, 50, 110, Mark::kCross}}};
 
 struct Range {
   double lo = 0, hi = 1;  // decades

@@ -104,7 +104,7 @@ class RayMethodRenderer final : public Renderer {
         highest = f - m.threshold;
         sums = {};
       }
-      sums.Add(cloud, m.idx, f, offset * -slope);
+      sums.Add(LinearFromRgb8(cloud.ColorOf(m.idx)), m.idx, f, offset * -slope);
       outward_of_thresholds += offset * (-slope * m.threshold);
     }
     if (mode == ThresholdMode::kBlended) {  // grad (A - B / A) where it is 0, times A

@@ -10,11 +10,6 @@
 namespace sherd {
 namespace {
 
-std::uint32_t Coordinate(double fraction) {
-  return static_cast<std::uint32_t>(
-      std::clamp(fraction * kOctreeSide, 0.0, static_cast<double>(kOctreeSide - 1)));
-}
-
 template <class T>
 std::size_t BytesOf(const std::vector<T>& v) {
   return v.capacity() * sizeof(T);
@@ -26,11 +21,6 @@ std::size_t PlaceOf(std::uint32_t key_node, int depth) {
 }
 
 }  // namespace
-
-OctreeCell MortonOctree::CellOf(const Vec3d& point) const {
-  const Vec3d p = (point - corner_) / size_;
-  return {Coordinate(p.x), Coordinate(p.y), Coordinate(p.z)};
-}
 
 void MortonOctree::Build(const Cloud& cloud, double margin, int depth, const Control& control) {
   depth_ = depth;
@@ -94,16 +84,6 @@ void MortonOctree::Build(const Cloud& cloud, double margin, int depth, const Con
     held_before_[w] = before;
     before += static_cast<std::uint32_t>(std::popcount(held_[w]));
   }
-}
-
-std::span<const std::uint32_t> MortonOctree::MetaballsOf(std::uint32_t key_node) const {
-  const std::size_t place = PlaceOf(key_node, depth_);
-  const std::uint64_t word = held_[place / 64];
-  const std::uint64_t bit = std::uint64_t{1} << (place % 64);
-  if (!(word & bit)) return {};
-  const std::size_t k =
-      held_before_[place / 64] + static_cast<std::size_t>(std::popcount(word & (bit - 1)));
-  return {metaball_.data() + begin_[k], begin_[k + 1] - begin_[k]};
 }
 
 std::size_t MortonOctree::MemoryBytes() const {

@@ -13,6 +13,7 @@
 #include "metaball/cloud.h"
 #include "metaball/control.h"
 #include "metaball/thesis/octree_key.h"
+#include "metaball/thesis/octree_view.h"
 #include "metaball/vec.h"
 
 namespace sherd {
@@ -28,16 +29,27 @@ class MortonOctree {
   const Vec3d& corner() const { return corner_; }  // the cube's lowest
   double size() const { return size_; }            // the cube's side
   // The cell of the 1024^3 grid that holds a point; points outside go to the nearest.
-  OctreeCell CellOf(const Vec3d& point) const;
+  OctreeCell CellOf(const Vec3d& point) const { return View().CellOf(point); }
 
   // The metaballs of a node of the finest depth: indices into the cloud.
-  std::span<const std::uint32_t> MetaballsOf(std::uint32_t key_node) const;
-  // Whether a node of any depth holds a finest node that holds a metaball or has one among its 26
-  // neighbours: elsewhere a ray has nothing to look for.
-  bool IsNear(std::uint32_t key_node, int depth) const {
-    const std::size_t i = OctreeNodeIndex(key_node, depth);
-    return near_[i / 64] >> (i % 64) & 1;
+  std::span<const std::uint32_t> MetaballsOf(std::uint32_t key_node) const {
+    const OctreeList list = View().ListOf(key_node);
+    return {metaball_.data() + list.begin, list.end - list.begin};
   }
+  // As OctreeView has it.
+  bool IsNear(std::uint32_t key_node, int depth) const { return View().IsNear(key_node, depth); }
+
+  // Valid until the next Build.
+  OctreeView<double> View() const {
+    return {depth_, corner_, size_, near_.data(), held_.data(), held_before_.data(), begin_.data()};
+  }
+  // The arrays behind the view, and the metaballs of all nodes, list after list: indices into the
+  // cloud. Valid until the next Build.
+  std::span<const std::uint64_t> near() const { return near_; }
+  std::span<const std::uint64_t> held() const { return held_; }
+  std::span<const std::uint32_t> held_before() const { return held_before_; }
+  std::span<const std::uint32_t> begin() const { return begin_; }
+  std::span<const std::uint32_t> metaballs() const { return metaball_; }
   std::size_t MemoryBytes() const;
 
  private:

@@ -33,7 +33,11 @@ struct ThesisOptions {
 
 // Draws every density. T_k is Cloud::threshold where there is one, Surface::threshold otherwise and
 // in ThresholdMode::kUniform. Throws Error for options out of range. The octree is built anew when
-// the cloud or a radius changes (RenderStats::seconds_prepare).
+// the cloud or a radius changes (RenderStats::seconds_prepare). Written once for the CPU, in
+// doubles here, and the GPU (cuda/cuda_thesis_renderer.h).
 std::unique_ptr<Renderer> MakeThesisRenderer(const ThesisOptions& options = {});
+
+// Throws Error for options out of range.
+void CheckThesisOptions(const ThesisOptions& options);
 
 }  // namespace sherd

@@ -8,9 +8,8 @@
 // and ends. --count-work adds the operations a frame consists of (counted by the host loop, which
 // takes its time), with which a measured time can be held against the device's limits.
 // Photographs are looked up too: a million lookups in eight pictures of 11 megapixels, on the CPU,
-// on the GPU with an empty store and with one that holds what they read.
-#include <algorithm>
-#include <cmath>
+// on the GPU with an empty store and with one that holds what they read. And the thesis's method is
+// drawn beside ours on the same GPU, at the first of the sizes (thesis_bench.h).
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -30,9 +29,12 @@
 #include "datasets_synthetic/peer_scenes.h"
 #include "json_writer.h"
 #include "metaball/atomic_file.h"
+#include "metaball/median.h"
 #include "metaball/photo/sampler.h"
 #include "metaball/stopwatch.h"
+#include "moved_camera.h"
 #include "photo_scenes.h"
+#include "thesis_bench.h"
 
 namespace sherd {
 namespace {
@@ -94,20 +96,6 @@ Options ParseOptions(int argc, char** argv) {
   return options;
 }
 
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
-
-// A camera near the scene's own: moved sideways by up to 2 % of its distance from the middle.
-Camera Moved(const Camera& camera, int frame) {
-  Camera moved = camera;
-  moved.eye = camera.eye + camera.right * (0.02 * std::sin(0.7 * frame)) +
-              camera.down * (0.02 * std::cos(1.1 * frame));
-  return moved;
-}
-
 void Measure(const std::string& name, const PeerScene& peer, const Options& options,
              ProfilingRenderer* renderer, JsonWriter* json) {
   constexpr int kWarmUp = 5;
@@ -119,7 +107,7 @@ void Measure(const std::string& name, const PeerScene& peer, const Options& opti
   for (const bool profile : {false, true}) {
     renderer->EnableProfile(profile);
     for (int i = 0; i < kWarmUp + options.frames; ++i) {
-      const Frame frame = renderer->Render(peer.scene, Moved(peer.camera, i), {});
+      const Frame frame = renderer->Render(peer.scene, MovedCamera(peer.camera, i), {});
       if (i < kWarmUp) continue;
       if (!profile) {
         frames.push_back(frame.stats.seconds_total * 1e3);
@@ -218,6 +206,21 @@ void MeasurePhotographs(JsonWriter* json) {
       .EndObject();
 }
 
+std::string NameOfPeer(bool shell) { return shell ? "shell" : "height_field"; }
+
+// The same horizontal angle on square pixels.
+PeerScene Sized(const PeerScene& peer, const Size& size) {
+  const double scale = static_cast<double>(size.width) / peer.camera.width;
+  PeerScene sized = peer;
+  sized.camera.width = size.width;
+  sized.camera.height = size.height;
+  sized.camera.fx *= scale;
+  sized.camera.fy *= scale;
+  sized.camera.cx = 0.5 * size.width;
+  sized.camera.cy = 0.5 * size.height;
+  return sized;
+}
+
 int Run(const Options& options) {
   const CudaStatus status = QueryCuda();
   if (!status.available) {
@@ -234,19 +237,17 @@ int Run(const Options& options) {
       .BeginArray();
   for (const std::uint64_t count : options.counts) {
     for (const bool shell : {false, true}) {
-      PeerScene peer = shell ? MakeShell(count) : MakeHeightField(count);
+      const PeerScene peer = shell ? MakeShell(count) : MakeHeightField(count);
       for (const Size& size : options.sizes) {
-        // The same horizontal angle on square pixels.
-        const double scale = static_cast<double>(size.width) / peer.camera.width;
-        PeerScene sized = peer;
-        sized.camera.width = size.width;
-        sized.camera.height = size.height;
-        sized.camera.fx *= scale;
-        sized.camera.fy *= scale;
-        sized.camera.cx = 0.5 * size.width;
-        sized.camera.cy = 0.5 * size.height;
-        Measure(shell ? "shell" : "height_field", sized, options, renderer.get(), &json);
+        Measure(NameOfPeer(shell), Sized(peer, size), options, renderer.get(), &json);
       }
+    }
+  }
+  json.EndArray().Key("thesis_method").BeginArray();
+  for (const std::uint64_t count : options.counts) {
+    for (const bool shell : {false, true}) {
+      const PeerScene peer = shell ? MakeShell(count) : MakeHeightField(count);
+      MeasureThesis(NameOfPeer(shell), Sized(peer, options.sizes.front()), options.frames, &json);
     }
   }
   json.EndArray();

@@ -3,6 +3,7 @@
 //   sherd_cuda_check [--json FILE] [--count N] [--size WxH] [--backend NAME]... [--scene TEXT]
 //
 // Backends: cpu, host-loop (the CUDA kernels' bodies run on the CPU), cuda where a GPU can be used.
+// The thesis's method (thesis_check.h) is held against itself on the CPU.
 // Needs a compiler and the toolkit, nothing else. Exits with 1 when a backend breaks the contract,
 // 2 when a command line cannot be used.
 #include <algorithm>
@@ -30,6 +31,7 @@
 #include "metaball/supersample.h"
 #include "photo_scenes.h"
 #include "scenes.h"
+#include "thesis_check.h"
 
 namespace sherd {
 namespace {
@@ -151,7 +153,8 @@ PhotoResult RunPhotos(const std::string& backend, std::uint64_t pool_bytes) {
 }
 
 void WriteReport(const Options& options, const std::string& cuda, bool passed,
-                 const std::vector<Result>& results, const std::vector<PhotoResult>& photos) {
+                 const std::vector<Result>& results, const std::vector<ThesisCheck>& thesis,
+                 const std::vector<PhotoResult>& photos) {
   JsonWriter json;
   json.BeginObject()
       .Field("program", "sherd_cuda_check")
@@ -197,6 +200,8 @@ void WriteReport(const Options& options, const std::string& cuda, bool passed,
         .Field("bytes", s.bytes)
         .EndObject();
   }
+  json.EndArray().Key("thesis_method").BeginArray();
+  for (const ThesisCheck& check : thesis) Write(check, &json);
   json.EndArray().Key("photographs").BeginArray();
   for (const PhotoResult& r : photos) {
     json.BeginObject()
@@ -312,6 +317,18 @@ int Run(const Options& options) {
       passed = passed && results.back().passed;
     }
   }
+  std::vector<ThesisCheck> thesis;
+  for (const CheckScene& scene : MakeCheckScenes(options.count, options.width, options.height)) {
+    if (scene.name.find(options.scene) == std::string::npos) continue;
+    for (const std::string& name : names) {
+      if (name == "cpu") continue;
+      for (const ThesisCheck& check : CheckThesis(scene, name)) {
+        thesis.push_back(check);
+        Print(check);
+        passed = passed && check.passed;
+      }
+    }
+  }
   std::vector<PhotoResult> photos;
   if (std::string("photographs").find(options.scene) != std::string::npos) {
     for (const std::string& name : names) {
@@ -326,7 +343,7 @@ int Run(const Options& options) {
   if (results.empty() && photos.empty()) {
     throw std::invalid_argument("no scene's name holds '" + options.scene + "'");
   }
-  if (!options.json.empty()) WriteReport(options, cuda, passed, results, photos);
+  if (!options.json.empty()) WriteReport(options, cuda, passed, results, thesis, photos);
   std::printf("%s\n", passed ? "passed" : "FAILED");
   return passed ? 0 : 1;
 }

@@ -122,6 +122,7 @@ TEST(OctreeWalk, VisitsEveryNodeOnTheRayInOrder) {
   for (const int depth : {1, 3, 5, 7}) {
     MortonOctree octree;
     octree.Build(cloud, 0.1, depth, {});
+    const OctreeView<double> view = octree.View();
     for (int i = 0; i < 200; ++i) {
       RayD ray{{uniform(random), uniform(random), uniform(random)},
                {uniform(random), uniform(random), uniform(random)}};
@@ -137,7 +138,7 @@ TEST(OctreeWalk, VisitsEveryNodeOnTheRayInOrder) {
         int depth;
       };
       std::vector<Visit> visits;
-      for (OctreeWalk walk(octree, ray); walk.inside(); walk.Step()) {
+      for (OctreeWalk<double> walk(view, ray.origin, ray.direction); walk.inside(); walk.Step()) {
         ASSERT_EQ(walk.near(), octree.IsNear(walk.node(), walk.depth()));
         ASSERT_TRUE(!walk.near() || walk.depth() == depth);
         visits.push_back({walk.node(), walk.depth()});
@@ -168,15 +169,18 @@ TEST(OctreeWalk, VisitsEveryNodeOnTheRayInOrder) {
 TEST(OctreeWalk, RaysBesideTheCubeVisitNothing) {
   MortonOctree octree;
   octree.Build(SomeCloud(), 0.1, 4, {});
+  const OctreeView<double> view = octree.View();
   const Vec3d middle = octree.corner() + Vec3d{1, 1, 1} * (octree.size() / 2);
   const double beside = 0.51 * octree.size();
   const RayD misses[] = {{middle + Vec3d{beside, 0, -5}, {0, 0, 1}},
                          {middle + Vec3d{0, -beside, -5}, {0, 0, 1}},
                          {middle + Vec3d{beside, 0, 0}, {1, 0, 0}},  // behind
                          {middle + Vec3d{0, 0, -5}, Normalized(Vec3d{0, 1, 1})}};
-  for (const RayD& ray : misses) EXPECT_FALSE(OctreeWalk(octree, ray).inside());
+  for (const RayD& ray : misses) {
+    EXPECT_FALSE(OctreeWalk<double>(view, ray.origin, ray.direction).inside());
+  }
   const RayD hit{middle + Vec3d{0.98 * beside, 0, -5}, {0, 0, 1}};
-  EXPECT_TRUE(OctreeWalk(octree, hit).inside());
+  EXPECT_TRUE(OctreeWalk<double>(view, hit.origin, hit.direction).inside());
 }
 
 TEST(MortonOctree, StopsWhenAsked) {
