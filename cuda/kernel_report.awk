@@ -13,7 +13,6 @@ BEGIN {
 
 /Compiling entry function/ {
   name = ""
-  own_stack = 0
   # ForEachKernel<sherd::kernels::X<...> >, BlockKernel<sherd::kernels::P<...> > or
   # BoundedForEachKernel<sherd::kernels::ThesisRays<...<T, shape, own> > >
   if (match($0, /TraceTraits<\(sherd::ThresholdMode\)[0-9], [a-z]+, [a-z]+, [a-z]+, sherd::[A-Za-z]+/)) {
@@ -35,14 +34,17 @@ BEGIN {
            (name ~ /true> > >\($/ ? "radii or thresholds differ" : "all alike") ", " \
            (name ~ /AnyShape/ ? "any density" : "Murakami\047s density")
     size = 128
-    own_stack = 1  # what a node takes
   } else if (match($0, /ForEachKernel<sherd::kernels::.*>\(/)) {
-    name = substr($0, RSTART + 30, RLENGTH - 33)
-    gsub(/sherd::kernels::|sherd::|\(ThresholdMode\)|\(|\)/, "", name)
+    name = substr($0, RSTART + 30, RLENGTH - 32)
+    gsub(/sherd::kernels::|sherd::|\(|\)/, "", name)
     sub(/ +$/, "", name)
-    sub(/TraceList<2>/, "TraceList, summed thresholds, double", name)
-    sub(/TraceList<3>/, "TraceList, gated thresholds, double", name)
-    size = 256
+    size = name ~ /^MarchRays/ ? 128 : 256
+    if (match(name, /ThresholdMode[0-9]/)) {
+      mode = substr(name, RSTART + 13, 1)
+      sub(/<.*/, ", " (mode == 0 ? "uniform" : mode == 1 ? "blended" : mode == 2 ? "summed" : "gated") \
+          " thresholds, " (name ~ /float/ ? "float" : "double") ", " \
+          (name ~ /FixedPower/ ? "Murakami\047s density" : "any density"), name)
+    }
   }
 }
 /bytes stack frame/ { stack = $1; spills = $5 + $9 }
@@ -62,7 +64,6 @@ BEGIN {
   limit = resident == by_threads ? "threads" : resident == by_blocks ? "blocks" : \
           resident == by_memory ? "shared memory" : "registers"
   printf "%s\t| %s | %d | %d | %d | %d B | %d of %d | %s |\t%d\n", architecture, name, registers, spills, \
-         stack, shared, resident * size / 32, threads[architecture] / 32, limit, \
-         spills + (own_stack ? 0 : stack)
+         stack, shared, resident * size / 32, threads[architecture] / 32, limit, spills
   name = ""
 }

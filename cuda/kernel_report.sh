@@ -38,8 +38,9 @@ mkdir -p "$(dirname "$out")"
   echo "Made by \`cuda/kernel_report.sh $out\` with $("$nvcc" --version | grep -o 'release [0-9.]*, V[0-9.]*')"
   echo "(\`nvcc $flags -arch=sm_NN -cubin\` of its .cu files). CUB's own kernels are left out."
   echo
-  echo "Spills are bytes stored + loaded; stack is the frame in bytes (that of ThesisRays holds what a"
-  echo "node takes). Warps: resident on one multiprocessor, of those it can hold, and what limits them,"
+  echo "Spills are bytes stored + loaded; stack is the frame in bytes: of calls where the density is not"
+  echo "known to the compiler, of the ways down a tree or what a node takes elsewhere. Warps: resident on"
+  echo "one multiprocessor, of those it can hold, and what limits them,"
   echo "calculated from registers, shared memory (with the 1 KB a block that the system keeps from 8.0"
   echo "on), threads and blocks."
   echo

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "cuda/cuda_thesis_renderer.h"
+#include "cuda/device_query.h"
 #include "cuda/renderers.h"
 #include "metaball/cpu_renderer.h"
 #include "metaball/precision.h"

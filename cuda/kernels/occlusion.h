@@ -170,6 +170,9 @@ SHERD_HD void SortEntries(TileEntry* entry, int n) {
 
 template <ThresholdMode kMode, class Real, class Shape>
 struct MarchRays {
+  // Asked of the compiler, so that it spills nothing: 128 registers of 65536.
+  static constexpr int kThreads = 128, kBlocksPerMultiprocessor = 4;
+
   RayBatch batch;
   DensityShape shape;
   const std::uint64_t* offsets;  // rays + 1

@@ -32,11 +32,10 @@ struct TraceTile {
   using Entry = ColumnEntry<Real, Traits::kOwnRadius, Traits::kBlended>;
   static constexpr int kThreads = kTileRays;
   // Asked of the compiler, so that it neither spills for more blocks than shared memory lets in nor
-  // takes more registers than these leave: 128 of 65536 in floats, 168 in doubles; more where the
-  // density is not known to the compiler, and for blended thresholds' two bounds.
+  // takes more registers than these leave: 128 of 65536 in floats, 168 in doubles; 168 and
+  // 255 where the density is not known to the compiler.
   static constexpr int kBlocksPerMultiprocessor =
-      (sizeof(Real) == 8 ? 6 : 8) - (std::is_same_v<typename Traits::Shape, AnyShape> ? 1 : 0) -
-      (Traits::kBlended ? 1 : 0);
+      (sizeof(Real) == 8 ? 6 : 8) - (std::is_same_v<typename Traits::Shape, AnyShape> ? 2 : 0);
   static constexpr int kColumn = Traits::kColumn;
   using Shape = typename Traits::Shape;
 
@@ -62,7 +61,7 @@ struct TraceTile {
     std::uint32_t first_far[3];      // first staged entry out of reach, by turns
     std::uint32_t hit_min, hit_max;  // float bits of the nearest and farthest hit
     std::uint32_t rare[TraceCounts::kRareCount];
-    unsigned long long work[TraceCounts::kWorkCount];
+    unsigned long long work[Traits::kCountWork ? TraceCounts::kWorkCount : 1];
     union {
       Entry column[kColumn][kThreads];  // what each ray is near
       Vec4f shade[kChunk];              // later: linear colour and index of staged entries

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "cuda/cuda_thesis_renderer.h"
+#include "cuda/renderers.h"
 #include "metaball/precision.h"
 
 namespace sherd {
