@@ -2,6 +2,7 @@
 #include "cuda/cuda_renderer.h"
 
 #include <string>
+#include <utility>
 
 #include "cuda/device_machine.h"
 #include "cuda/frame_pipeline.h"
@@ -18,6 +19,7 @@ class CudaRenderer final : public ProfilingRenderer {
   std::string device() const override { return name_; }
   int gpu() const override { return gpu_; }
 
+  void Recycle(Frame frame) override { pipeline_.Recycle(std::move(frame)); }
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
     Frame frame = pipeline_.Render(scene, camera, settings, control);

@@ -261,10 +261,17 @@ class DeviceMachine {
     for (int y = 0, piece = 0; y < height; y += rows, piece ^= 1) {
       if (y + rows < height) fetch(y + rows, piece ^ 1);
       CheckCuda(cudaEventSynchronize(fetched_[piece].get()), LastWork());
-      for (int k = 0; k < std::min(rows, height - y); ++k) {
-        std::memcpy(static_cast<void*>(destination + (y + k) * stride),
-                    pieces_[piece].data() + k * row, row);
-      }
+      const int count = std::min(rows, height - y);
+      // One thread copies less than the bus brings.
+      const int parts =
+          std::clamp<int>(static_cast<int>(count * row / kPartBytes), 1, kCopyThreads);
+      ParallelFor(parts, parts, [&](std::int64_t part, int) {
+        const auto end = static_cast<int>(count * (part + 1) / parts);
+        for (auto k = static_cast<int>(count * part / parts); k < end; ++k) {
+          std::memcpy(static_cast<void*>(destination + (y + k) * stride),
+                      pieces_[piece].data() + k * row, row);
+        }
+      });
     }
   }
 
@@ -348,7 +355,9 @@ class DeviceMachine {
 
  private:
   static constexpr std::uint64_t kKeptFree = std::uint64_t{64} << 20;  // for the driver and others
-  static constexpr std::size_t kPieceBytes = std::size_t{4} << 20;
+  static constexpr std::size_t kPieceBytes = std::size_t{8} << 20;
+  static constexpr std::size_t kPartBytes = std::size_t{1} << 20;
+  static constexpr int kCopyThreads = 4;
   static constexpr std::size_t kSmallBytes = 4096;
 
   template <class T>

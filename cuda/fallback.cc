@@ -25,6 +25,12 @@ class FallbackRenderer final : public Renderer {
   }
   int gpu() const override { return primary_ ? primary_->gpu() : kNoGpu; }
 
+  void Recycle(Frame frame) override {
+    if (Renderer* drawing = primary_ ? primary_.get() : secondary_.get()) {
+      drawing->Recycle(std::move(frame));
+    }
+  }
+
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
     if (!primary_ && failures_ < kFailuresAllowed) Restart();

@@ -38,13 +38,17 @@ class FramePipeline {
   const Machine& machine() const { return machine_; }
   const FrameWork& work() const { return work_; }
 
+  // Renderer::Recycle.
+  void Recycle(Frame frame) { spare_ = std::move(frame); }
+
   // Renderer::Render, but for the names in the stats.
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) {
     CheckRenderInput(scene, camera, settings);
     if (NeedsDeferredPasses(scene)) CheckAppearance(scene);
     const auto begin = std::chrono::steady_clock::now();
-    Frame frame = MakeFrame(camera, settings.planes);
+    const auto content = scene.cloud->empty() ? FrameContent::kBackground : FrameContent::kAnything;
+    Frame frame = MakeFrame(camera, settings.planes, std::exchange(spare_, {}), content);
     if (settings.planes.NeedGather()) AllocateGatherPlanes(*scene.cloud, settings.planes, &frame);
     frame.stats.metaballs = scene.cloud->size();
     const std::uint64_t samples = static_cast<std::uint64_t>(settings.supersample);
@@ -403,6 +407,7 @@ class FramePipeline {
 
   Machine machine_;
   FrameWork work_;
+  Frame spare_;
   DeviceCloud<Machine> cloud_;
   // A frame's.
   TileLists<Machine> lists_;

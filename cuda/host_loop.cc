@@ -1,6 +1,7 @@
 #include "cuda/host_loop.h"
 
 #include <string>
+#include <utility>
 
 #include "cuda/frame_pipeline.h"
 #include "cuda/host_machine.h"
@@ -17,6 +18,7 @@ class HostLoopRenderer final : public Renderer {
   std::string backend() const override { return "host-loop"; }
   std::string device() const override { return "the CUDA kernels' bodies on the CPU"; }
 
+  void Recycle(Frame frame) override { pipeline_.Recycle(std::move(frame)); }
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
     Frame frame = pipeline_.Render(scene, camera, settings, control);

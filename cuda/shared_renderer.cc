@@ -110,6 +110,8 @@ class SharedRenderer final : public Renderer {
 
   int gpu() const override { return members_.empty() ? kNoGpu : members_.front().renderer->gpu(); }
 
+  void Recycle(Frame frame) override { spare_ = std::move(frame); }
+
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
     CheckRenderInput(scene, camera, settings);
@@ -120,9 +122,15 @@ class SharedRenderer final : public Renderer {
     std::stop_source stop;
     const std::stop_callback forward(control.stop, [&stop] { stop.request_stop(); });
     BandProgress progress(control, camera.height);
-    Picture picture{scene, camera, settings, &stop, &progress, {}, {{0, camera.height}}};
-    picture.frame.width = camera.width;
-    picture.frame.height = camera.height;
+    // Every row comes from a band.
+    Picture picture{
+        scene,
+        camera,
+        settings,
+        &stop,
+        &progress,
+        MakeFrame(camera, settings.planes, std::exchange(spare_, {}), FrameContent::kAnything),
+        {{0, camera.height}}};
     while (!picture.missing.empty()) {
       control.ThrowIfStopped();
       DrawTogether(&picture);
@@ -286,7 +294,7 @@ class SharedRenderer final : public Renderer {
       *whole = std::move(band->frame);
     } else {
       PutRows(band->frame, band->rows.y0, whole);
-      band->frame = {};
+      band->member->renderer->Recycle(std::move(band->frame));
     }
     whole->stats = std::move(stats);
   }
@@ -304,6 +312,7 @@ class SharedRenderer final : public Renderer {
   std::string backend_;
   std::vector<Member> members_;
   BandBalance balance_;
+  Frame spare_;
   std::string lost_;  // which, and why; empty while all are there
   std::exception_ptr last_loss_, last_refusal_;
 };

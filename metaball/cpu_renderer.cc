@@ -3,6 +3,7 @@
 #include <atomic>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "metaball/appearance/deferred.h"
@@ -23,6 +24,7 @@ class CpuRenderer final : public Renderer {
 
   std::string backend() const override { return "cpu"; }
   std::string device() const override { return DeviceFor(0); }
+  void Recycle(Frame frame) override { spare_ = std::move(frame); }
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
@@ -34,7 +36,8 @@ class CpuRenderer final : public Renderer {
       return RenderSupersampled(this, scene, camera, settings, control);
     }
     const Stopwatch total;
-    Frame frame = BeginFrame(*this, DeviceFor(settings.threads), scene, camera, settings.planes);
+    Frame frame = BeginFrame(*this, DeviceFor(settings.threads), scene, camera, settings.planes,
+                             std::exchange(spare_, {}));
     const Cloud& cloud = *scene.cloud;
     std::optional<SurfaceGather> gather;
     if (settings.planes.NeedGather()) gather.emplace(cloud, scene.surface, settings.planes, &frame);
@@ -102,6 +105,7 @@ class CpuRenderer final : public Renderer {
 
   CpuPath path_;
   TileBins bins_;
+  Frame spare_;
 };
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "metaball/frame_work.h"
 
+#include <utility>
+
 #include "metaball/density/model.h"
 #include "metaball/local_view.h"
 #include "metaball/parallel.h"
@@ -9,8 +11,8 @@
 namespace sherd {
 
 Frame BeginFrame(const Renderer& renderer, const std::string& device, const Scene& scene,
-                 const Camera& camera, const Planes& planes) {
-  Frame frame = MakeFrame(camera, planes);
+                 const Camera& camera, const Planes& planes, Frame spare) {
+  Frame frame = MakeFrame(camera, planes, std::move(spare));
   frame.stats.backend = renderer.backend();
   frame.stats.device = device;
   frame.stats.metaballs = scene.cloud->size();

@@ -11,9 +11,10 @@
 
 namespace sherd {
 
-// An empty frame that says who draws what. Throws as MakeFrame does.
+// An empty frame that says who draws what, in the memory of `spare` where that suffices. Throws as
+// MakeFrame does.
 Frame BeginFrame(const Renderer& renderer, const std::string& device, const Scene& scene,
-                 const Camera& camera, const Planes& planes);
+                 const Camera& camera, const Planes& planes, Frame spare = {});
 
 // A frame of the scene in floats, not yet sorted into tiles: camera in world coordinates. Scene,
 // bins and frame must outlive the job.

@@ -27,6 +27,7 @@ class LodRenderer final : public Renderer {
 
   std::string backend() const override { return inner_->backend(); }
   std::string device() const override { return inner_->device(); }
+  void Recycle(Frame frame) override { inner_->Recycle(std::move(frame)); }
   int gpu() const override { return inner_->gpu(); }
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,

@@ -32,6 +32,11 @@ class Renderer {
   virtual Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                        const Control& control = {}) = 0;
 
+  // Takes a frame that is no longer needed, or what is left of one: the next Render may write into
+  // its memory. Fresh memory is paid for page by page, which for a picture of many megapixels takes
+  // longer than drawing it. Nothing else depends on it.
+  virtual void Recycle(Frame frame) { (void)frame; }
+
   virtual std::string backend() const = 0;  // "cpu" or "cuda"
   virtual std::string device() const = 0;   // what it runs on, for people
   // The GPU it draws on, as CUDA numbers them, of several the first; kNoGpu where the CPU draws.

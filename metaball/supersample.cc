@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <utility>
 
 #include "metaball/error.h"
 
@@ -85,16 +86,25 @@ void CheckRenderInput(const Scene& scene, const Camera& camera, const RenderSett
   }
 }
 
-Frame MakeFrame(const Camera& camera, const Planes& planes) {
+Frame MakeFrame(const Camera& camera, const Planes& planes, Frame spare, FrameContent content) {
   Frame frame;
   frame.width = camera.width;
   frame.height = camera.height;
   const std::size_t n = static_cast<std::size_t>(camera.width) * camera.height;
+  const auto make = [&](bool wanted, auto background, auto* old, auto* plane) {
+    if (!wanted) return;
+    if (old->capacity() >= n) *plane = std::move(*old);
+    if (content == FrameContent::kAnything) {
+      plane->resize(n);
+    } else {
+      plane->assign(n, background);
+    }
+  };
   try {
-    frame.color.resize(n);
-    if (planes.depth) frame.depth.resize(n);
-    if (planes.normal) frame.normal.resize(n);
-    if (planes.id) frame.id.assign(n, -1);
+    make(true, Pixel{}, &spare.color, &frame.color);
+    make(planes.depth, 0.0f, &spare.depth, &frame.depth);
+    make(planes.normal, Vec3f{}, &spare.normal, &frame.normal);
+    make(planes.id, -1, &spare.id, &frame.id);
   } catch (const std::bad_alloc&) {
     const std::size_t bytes = n * (sizeof(Pixel) + (planes.depth ? sizeof(float) : 0) +
                                    (planes.normal ? sizeof(Vec3f) : 0) + (planes.id ? 4 : 0));

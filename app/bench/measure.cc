@@ -27,6 +27,7 @@ FrameTime TimeFrame(Renderer* renderer, const Scene& scene, const Camera& camera
   // The first frame allocates, builds trees that later ones keep and loads kernels.
   Frame frame = renderer->Render(scene, camera, settings, control);
   for (int i = 0; i < repeat; ++i) {
+    renderer->Recycle(std::move(frame));
     const double cpu_start = ProcessCpuSeconds();
     const Clock::time_point start = Clock::now();
     frame = renderer->Render(scene, camera, settings, control);

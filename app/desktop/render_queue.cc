@@ -336,6 +336,7 @@ std::shared_ptr<RenderedView> RenderQueue::draw(const Task& task, const Control&
   view->depth = std::move(frame.depth);
   view->id = std::move(frame.id);
   view->stats = std::move(frame.stats);
+  rendererFor(task.pane).Recycle(std::move(frame));
   view->seconds = static_cast<double>(timer.nsecsElapsed()) * 1e-9;
   return view;
 }

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <utility>
 
 #include "metaball/renderer.h"
 #include "reconstruction/level.h"
@@ -24,6 +25,7 @@ class PhotographRenderer final : public Renderer {
   std::string backend() const override { return inner_->backend(); }
   std::string device() const override { return inner_->device(); }
   int gpu() const override { return inner_->gpu(); }
+  void Recycle(Frame frame) override { inner_->Recycle(std::move(frame)); }
 
   // Sums over all pictures so far.
   const PhotoShadingStats& photo_stats() const { return stats_; }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "datasets_synthetic/peer_scenes.h"
@@ -60,6 +61,30 @@ TEST(HostLoop, RepeatsItselfExactlyWhateverWasDrawnBetween) {
   RenderSettings one_thread = AllPlanes();
   one_thread.threads = 1;
   EXPECT_TRUE(SameFrame(first, renderer->Render(field.scene, field.camera, one_thread)));
+}
+
+TEST(HostLoop, ARecycledFrameLeavesNothingInTheNext) {
+  const PeerScene field = MakeHeightField(2000, 90, 60);
+  Camera away = field.camera;  // sees nothing
+  away.forward = -field.camera.forward;
+  away.right = -field.camera.right;
+  const auto renderer = MakeHostLoopRenderer();
+  const Frame fresh = renderer->Render(field.scene, field.camera, AllPlanes());
+  const Frame nothing = renderer->Render(field.scene, away, AllPlanes());
+  for (const Camera& before : {field.camera, field.camera.Resized(120, 70)}) {
+    Frame frame = renderer->Render(field.scene, before, AllPlanes());
+    const Pixel* const memory = frame.color.data();
+    renderer->Recycle(std::move(frame));
+    frame = renderer->Render(field.scene, away, AllPlanes());
+    EXPECT_EQ(frame.color.data(), memory);
+    EXPECT_TRUE(SameFrame(frame, nothing));
+    renderer->Recycle(std::move(frame));
+    EXPECT_TRUE(SameFrame(renderer->Render(field.scene, field.camera, AllPlanes()), fresh));
+  }
+  Scene empty;
+  empty.cloud = std::make_shared<Cloud>();
+  renderer->Recycle(renderer->Render(field.scene, field.camera, AllPlanes()));
+  EXPECT_TRUE(SameFrame(renderer->Render(empty, field.camera, AllPlanes()), nothing));
 }
 
 TEST(HostLoop, PlanesThatAreNotAskedForAreNotMade) {

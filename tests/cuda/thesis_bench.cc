@@ -8,6 +8,7 @@
 
 #include "cuda/cuda_renderer.h"
 #include "cuda/cuda_thesis_renderer.h"
+#include "cuda/renderers.h"
 #include "metaball/frame_difference.h"
 #include "metaball/median.h"
 #include "metaball/reference/reference.h"

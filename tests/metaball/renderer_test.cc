@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "datasets_synthetic/peer_scenes.h"
 #include "metaball/cpu_renderer.h"
@@ -140,6 +141,23 @@ TEST_P(CpuPathTest, SupersamplingAveragesInLinearLight) {
       ASSERT_NEAR(p.g, sum / 9, 1e-6);
       ASSERT_NEAR(p.a, alpha / 9, 1e-6);
     }
+  }
+}
+
+TEST_P(CpuPathTest, ARecycledFrameLeavesNothingInTheNext) {
+  const PeerScene field = MakeHeightField(2000, 90, 60);
+  Camera away = field.camera;  // sees nothing
+  away.forward = -field.camera.forward;
+  away.right = -field.camera.right;
+  Frame frame = Render(field.scene, field.camera);
+  const Pixel* const memory = frame.color.data();
+  EXPECT_GT(frame.stats.hits, 1000u);
+  renderer_->Recycle(std::move(frame));
+  frame = Render(field.scene, away);
+  EXPECT_EQ(frame.color.data(), memory);
+  for (std::size_t i = 0; i < frame.color.size(); ++i) {
+    ASSERT_TRUE(frame.color[i].a == 0 && frame.color[i].r == 0 && frame.depth[i] == 0);
+    ASSERT_TRUE(frame.normal[i] == Vec3f{} && frame.id[i] == -1);
   }
 }
 
