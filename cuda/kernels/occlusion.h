@@ -4,7 +4,8 @@
 //   (scan)         where each ray's list begins
 //   ListOnRays     the same walk again, writing the lists
 //   MarchRays      per ray: its list sorted, then the march of metaball/tile_march.h
-// So lists may be of any length, and memory is what the batch needs.
+// So lists may be of any length, and memory is what the batch needs. How many blocks each of these
+// wants on a multiprocessor is said to the compiler, so that it has the registers to spill nothing.
 #pragma once
 
 #include <cstddef>
@@ -105,6 +106,8 @@ SHERD_HD void ForEachOnRay(const SupportTreeView& tree, const OcclusionRay& ray,
 }
 
 struct CountOnRays {
+  static constexpr int kThreads = 128, kBlocksPerMultiprocessor = 8;  // 64 registers
+
   RayBatch batch;
   SupportTreeView tree;
   std::uint32_t* counts;  // a ray, and one more for the scan's sum
@@ -120,6 +123,8 @@ struct CountOnRays {
 };
 
 struct ListOnRays {
+  static constexpr int kThreads = 128, kBlocksPerMultiprocessor = 8;  // 64 registers
+
   RayBatch batch;
   SupportTreeView tree;
   const std::uint64_t* offsets;
@@ -170,8 +175,7 @@ SHERD_HD void SortEntries(TileEntry* entry, int n) {
 
 template <ThresholdMode kMode, class Real, class Shape>
 struct MarchRays {
-  // Asked of the compiler, so that it spills nothing: 128 registers of 65536.
-  static constexpr int kThreads = 128, kBlocksPerMultiprocessor = 4;
+  static constexpr int kThreads = 128, kBlocksPerMultiprocessor = 4;  // 128 registers
 
   RayBatch batch;
   DensityShape shape;
