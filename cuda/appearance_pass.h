@@ -124,10 +124,10 @@ class AppearancePass {
 
   // Colours and lights a traced picture whose colours are the blended ones, unlit. camera: of its
   // samples, world. planes: those of PlanesNeeded, which `samples` holds.
-  void Shade(const Scene& scene, const Camera& camera, const Planes& planes,
-             const kernels::MetaballArrays& metaballs, bool in_doubles, int threads,
-             const Control& control, kernels::TraceCounts* counts, FrameBuffers<Machine>* samples,
+  void Shade(const PassContext& context, const Camera& camera, const Planes& planes,
+             const kernels::MetaballArrays& metaballs, FrameBuffers<Machine>* samples,
              Machine* machine) {
+    const Scene& scene = context.scene;
     const std::uint64_t n = static_cast<std::uint64_t>(camera.width) * camera.height;
     const kernels::SurfaceSamples at{camera, samples->depth.data(), samples->normal.data(),
                                      samples->color.data()};
@@ -172,7 +172,7 @@ class AppearancePass {
     rays.metaballs = metaballs;
     rays.surface_radius_scale = scene.surface.radius_scale;
     machine->Resize(&light_, lights.size(), "lights");
-    occlusion_.Cast(scene, rays, n, in_doubles, threads, control, counts, &lights, &light, machine);
+    occlusion_.Cast(context, rays, n, &lights, &light, machine);
     machine->Upload(&light_, 0, lights.data(), lights.size());
     light.light = light_.data();
     machine->ForEach("LightSurface", n, kernels::LightSurface{at, light, normals});

@@ -329,8 +329,9 @@ class FramePipeline {
                    &machine_);
     }
     if (job.deferred) {
-      appearance_.Shade(job.scene, part.camera, job.planes, p.metaballs, job.in_doubles,
-                        job.settings.threads, job.control, counts_.data(), &samples_, &machine_);
+      appearance_.Shade(
+          {job.scene, job.in_doubles, job.settings.threads, job.control, counts_.data()},
+          part.camera, job.planes, p.metaballs, &samples_, &machine_);
     }
     if (job.samples() > 1) {
       pixels_.ResolveFrom(samples_, part.held, job.samples(), &machine_);

@@ -16,6 +16,15 @@
 
 namespace sherd {
 
+// What the passes over a frame are told.
+struct PassContext {
+  const Scene& scene;
+  bool in_doubles;  // floats cannot carry the scene
+  int threads;      // of the host
+  const Control& control;
+  kernels::TraceCounts* counts;  // in the machine's memory
+};
+
 template <class Machine>
 class OcclusionPass {
  public:
@@ -45,15 +54,12 @@ class OcclusionPass {
 
   // Casts the rays that the scene asks for. samples: of the picture; rays: all of a batch but what
   // it is about. Points `lights` at what they shine on and `view` at the ambient light's share.
-  void Cast(const Scene& scene, const kernels::RayBatch& rays, std::uint64_t samples,
-            bool in_doubles, int threads, const Control& control, kernels::TraceCounts* counts,
+  void Cast(const PassContext& context, const kernels::RayBatch& rays, std::uint64_t samples,
             std::vector<PreparedLight>* lights, LightView* view, Machine* machine) {
+    const Scene& scene = context.scene;
     const Appearance& a = scene.appearance;
     if (!a.shadows.enabled && !a.occlusion.enabled) return;
-    const SupportTreeView tree = tree_.Use(scene.cloud, rays.metaballs, threads, machine);
-    scene_ = &scene;
-    in_doubles_ = in_doubles;
-    counts_ = counts;
+    const SupportTreeView tree = tree_.Use(scene.cloud, rays.metaballs, context.threads, machine);
     const auto casts = [&a](const PreparedLight& light) {
       return a.shadows.enabled && light.kind != PreparedLight::Kind::kViewer;
     };
@@ -73,7 +79,7 @@ class OcclusionPass {
       batch.bias = a.shadows.bias;
       batch.light = ShadowLight::Of(light, scene.cloud->frame);
       light.visible = free;
-      InBatches(batch, tree, samples, control, machine, [&](const kernels::RayBatch& part) {
+      InBatches(context, batch, tree, samples, machine, [&](const kernels::RayBatch& part) {
         machine->ForEach("TakeVisible", part.count,
                          kernels::TakeVisible{part, occluded_.data(), free});
       });
@@ -86,7 +92,7 @@ class OcclusionPass {
       batch.direction = direction_.data();
       batch.directions = static_cast<int>(directions.size());
       batch.reach = AmbientReach(scene);
-      InBatches(batch, tree, samples, control, machine, [&](const kernels::RayBatch& part) {
+      InBatches(context, batch, tree, samples, machine, [&](const kernels::RayBatch& part) {
         machine->ForEach("SumAmbient", part.count,
                          kernels::SumAmbient{part, occluded_.data(), share_.data()});
       });
@@ -110,14 +116,15 @@ class OcclusionPass {
 
   // Casts the batch's rays from all samples, part by part; finish(part) takes what came out.
   template <class Finish>
-  void InBatches(const kernels::RayBatch& all, const SupportTreeView& tree, std::uint64_t samples,
-                 const Control& control, Machine* machine, const Finish& finish) {
+  void InBatches(const PassContext& context, const kernels::RayBatch& all,
+                 const SupportTreeView& tree, std::uint64_t samples, Machine* machine,
+                 const Finish& finish) {
     kernels::RayBatch part = all;
     std::uint64_t at_once = std::max<std::uint64_t>(1, kMostRays / all.directions);
     for (part.first = 0; part.first < samples; part.first += part.count) {
-      for (part.count = std::min(at_once, samples - part.first); !CastPart(part, tree, machine);
-           part.count = at_once) {
-        control.ThrowIfStopped();
+      for (part.count = std::min(at_once, samples - part.first);
+           !CastPart(context, part, tree, machine); part.count = at_once) {
+        context.control.ThrowIfStopped();
         if (part.count == 1) ThrowTooMany(machine);
         at_once = part.count / 2;  // and so for what follows
       }
@@ -126,7 +133,8 @@ class OcclusionPass {
   }
 
   // False where memory does not hold the batch.
-  bool CastPart(const kernels::RayBatch& part, const SupportTreeView& tree, Machine* machine) {
+  bool CastPart(const PassContext& context, const kernels::RayBatch& part,
+                const SupportTreeView& tree, Machine* machine) {
     const std::uint64_t rays = part.rays();
     needed_ = (rays + 1) * kBytesPerRay;
     if (needed_ > batch_room_) return false;
@@ -142,22 +150,23 @@ class OcclusionPass {
     machine->Resize(&entry_, entries, "shadow rays");
     machine->ForEach("ListOnRays", rays,
                      kernels::ListOnRays{part, tree, offset_.data(), entry_.data()});
-    March(part, rays, machine);
+    March(context, part, machine);
     return true;
   }
 
   // The usual case for Murakami's density by itself; the rest, less often asked for, for any.
-  void March(const kernels::RayBatch& part, std::uint64_t rays, Machine* machine) {
+  void March(const PassContext& context, const kernels::RayBatch& part, Machine* machine) {
     using enum ThresholdMode;
-    const DensityShape shape = ResolveDensity(scene_->surface.density).shape;
+    const DensityShape shape = ResolveDensity(context.scene.surface.density).shape;
     const auto launch = [&]<ThresholdMode kMode, class Real, class Shape>() {
-      machine->ForEach("MarchRays", rays,
-                       kernels::MarchRays<kMode, Real, Shape>{
-                           part, shape, offset_.data(), entry_.data(), occluded_.data(), counts_});
+      machine->ForEach(
+          "MarchRays", part.rays(),
+          kernels::MarchRays<kMode, Real, Shape>{part, shape, offset_.data(), entry_.data(),
+                                                 occluded_.data(), context.counts});
     };
-    switch (scene_->surface.mode) {
+    switch (context.scene.surface.mode) {
       case kUniform:
-        if (in_doubles_) {
+        if (context.in_doubles) {
           launch.template operator()<kUniform, double, AnyShape>();
         } else if (shape == DensityShape{}) {
           launch.template operator()<kUniform, float, MurakamiShape>();
@@ -184,9 +193,6 @@ class OcclusionPass {
                         needed_, machine->AvailableBytes());
   }
 
-  const Scene* scene_ = nullptr;  // of the frame in the making
-  bool in_doubles_ = false;
-  kernels::TraceCounts* counts_ = nullptr;
   std::uint64_t batch_room_ = 0;  // bytes
   std::uint64_t needed_ = 0;      // by the last batch
   DeviceTree<Machine> tree_;

@@ -175,7 +175,8 @@ SHERD_HD void SortEntries(TileEntry* entry, int n) {
 
 template <ThresholdMode kMode, class Real, class Shape>
 struct MarchRays {
-  static constexpr int kThreads = 128, kBlocksPerMultiprocessor = 4;  // 128 registers
+  static constexpr int kThreads = 128;
+  static constexpr int kBlocksPerMultiprocessor = sizeof(Real) == 8 ? 3 : 4;  // 168, 128 registers
 
   RayBatch batch;
   DensityShape shape;
