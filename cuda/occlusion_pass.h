@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -91,7 +92,7 @@ class OcclusionPass {
       batch.bias = a.occlusion.bias;
       batch.direction = direction_.data();
       batch.directions = static_cast<int>(directions.size());
-      batch.reach = AmbientReach(scene);
+      batch.reach = ReachOf(scene);
       InBatches(context, batch, tree, samples, machine, [&](const kernels::RayBatch& part) {
         machine->ForEach("SumAmbient", part.count,
                          kernels::SumAmbient{part, occluded_.data(), share_.data()});
@@ -113,6 +114,17 @@ class OcclusionPass {
   using Buffer = typename Machine::template Buffer<T>;
   static constexpr std::uint64_t kMostRays = std::uint64_t{1} << 22;
   static constexpr std::uint64_t kBytesPerRay = 4 + 8 + 1;
+
+  // AmbientReach, which goes through the whole cloud where no distance is given: once for each.
+  double ReachOf(const Scene& scene) {
+    if (scene.appearance.occlusion.distance > 0) return AmbientReach(scene);
+    if (reach_of_.lock() != scene.cloud || reach_revisions_ != scene.cloud->revisions) {
+      reach_ = AmbientReach(scene);
+      reach_of_ = scene.cloud;
+      reach_revisions_ = scene.cloud->revisions;
+    }
+    return reach_;
+  }
 
   // Casts the batch's rays from all samples, part by part; finish(part) takes what came out.
   template <class Finish>
@@ -193,6 +205,9 @@ class OcclusionPass {
                         needed_, machine->AvailableBytes());
   }
 
+  std::weak_ptr<const Cloud> reach_of_;
+  CloudRevisions reach_revisions_;
+  double reach_ = 0.0;
   std::uint64_t batch_room_ = 0;  // bytes
   std::uint64_t needed_ = 0;      // by the last batch
   DeviceTree<Machine> tree_;
