@@ -286,6 +286,7 @@ std::vector<FeatureScene> MakePlaneScenes(int width, int height) {
                         {"in_doubles", kUniform, 0.2, 120},
                         {"blended", kBlended, 0.2, 2},
                         {"blended_in_doubles", kBlended, 0.2, 120},
+                        {"summed", kSummed, 0.2, 2},
                         {"gated", kGated, 0.2, 2}};
   const Camera camera = Camera::LookAt({0.4, 0.6, -3}, {0, 0, 0}, {0, 1, 0}, 0.9, width, height);
   std::vector<FeatureScene> scenes;
@@ -294,7 +295,11 @@ std::vector<FeatureScene> MakePlaneScenes(int width, int height) {
                        .scene = {},
                        .camera = camera,
                        .planes = EveryPlane()};
-    added.scene.cloud = MakeChannelCloud(kind.radius, kind.spread);
+    const std::shared_ptr<Cloud> cloud = MakeChannelCloud(kind.radius, kind.spread);
+    if (kind.mode == kSummed) {
+      for (float& threshold : cloud->threshold) threshold *= 0.03f;
+    }
+    added.scene.cloud = cloud;
     added.scene.surface.mode = kind.mode;
     added.depth_tolerance = 1e-4 * kind.radius;
     scenes.push_back(std::move(added));
