@@ -22,10 +22,10 @@
 #include <vector>
 
 #include "backends.h"
+#include "bench_options.h"
 #include "cuda/renderers.h"
 #include "feature_check.h"
 #include "json_writer.h"
-#include "metaball/atomic_file.h"
 #include "metaball/frame_difference.h"
 #include "photo_check.h"
 #include "renderer_check.h"
@@ -148,10 +148,7 @@ void WriteReport(const Options& options, const std::string& cuda, bool passed,
   json.EndArray().Key("photographs").BeginArray();
   for (const PhotoCheck& check : photos) Write(check, &json);
   json.EndArray().EndObject();
-  const std::string text = json.text();
-  AtomicFile file(options.json);
-  file.Write(text.data(), text.size());
-  file.Commit();
+  WriteText(options.json, json.text());
 }
 
 Result RunScene(const CheckScene& scene, Renderer* renderer, const ReferenceFrame* reference,

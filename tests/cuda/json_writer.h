@@ -52,6 +52,16 @@ class JsonWriter {
     return *this;
   }
 
+  // All that another writer holds: what was measured first may be reported last.
+  JsonWriter& Value(const JsonWriter& inner) {
+    Separate();
+    for (const char c : inner.text_) {
+      text_ += c;
+      if (c == '\n') text_ += std::string(2 * depth_, ' ');  // in strings it is escaped
+    }
+    return *this;
+  }
+
   template <class T>
   JsonWriter& Field(std::string_view key, const T& value) {
     return Key(key).Value(value);
