@@ -67,16 +67,16 @@ std::vector<FeatureCheck> CheckFeature(const FeatureScene& feature,
 
 void Print(const FeatureCheck& check) {
   const PictureDifference& d = check.difference;
+  const std::uint64_t planes_off = d.elsewhere + d.planes_off;
   const std::string name = check.name + (check.supersample > 1 ? ", 2 x 2 samples" : "");
   std::printf("%-4s feature: %-56s %-9s ", check.passed ? "ok" : "FAIL", name.c_str(),
               check.backend.c_str());
   if (!check.error.empty()) std::printf("%s: ", check.error.c_str());
-  std::printf("of %llu off %llu (%llu allowed), planes %llu, ids %llu, %.1f ms\n",
-              static_cast<unsigned long long>(d.pixels),
-              static_cast<unsigned long long>(d.color_off),
-              static_cast<unsigned long long>(check.allowed),
-              static_cast<unsigned long long>(d.elsewhere + d.planes_off),
-              static_cast<unsigned long long>(d.ids_off), check.seconds * 1e3);
+  std::printf(
+      "of %llu off %llu (%llu allowed), planes %llu, ids %llu, %.1f ms\n",
+      static_cast<unsigned long long>(d.pixels), static_cast<unsigned long long>(d.color_off),
+      static_cast<unsigned long long>(check.allowed), static_cast<unsigned long long>(planes_off),
+      static_cast<unsigned long long>(d.ids_off), check.seconds * 1e3);
   std::fflush(stdout);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -57,7 +58,7 @@ class JsonWriter {
     Separate();
     for (const char c : inner.text_) {
       text_ += c;
-      if (c == '\n') text_ += std::string(2 * depth_, ' ');  // in strings it is escaped
+      if (c == '\n') text_ += Indent();  // in strings it is escaped
     }
     return *this;
   }
@@ -94,7 +95,8 @@ class JsonWriter {
     first_ = false;
     NewLine();
   }
-  void NewLine() { text_ += '\n' + std::string(2 * depth_, ' '); }
+  void NewLine() { text_ += '\n' + Indent(); }
+  std::string Indent() const { return std::string(2 * static_cast<std::size_t>(depth_), ' '); }
   void Quote(std::string_view s) {
     text_ += '"';
     for (const char c : s) {
