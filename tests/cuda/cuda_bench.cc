@@ -16,7 +16,8 @@
 //
 // Each frame has a camera of its own; the medians over the frames after a warm-up are reported, by
 // CUDA events for the kernels and by the host's clock for whole frames. Without a GPU it says so
-// and ends. What does not fit in memory is left out with a line that says so.
+// and ends. What does not fit in memory is left out with a line that says so. The report is written
+// anew after every scene.
 //
 // --count-work adds the operations a frame consists of (counted by the host loop, which takes its
 // time), with which a measured time can be held against the device's limits. --backend host-loop
@@ -91,14 +92,18 @@ Options ParseOptions(int argc, char** argv) {
 class Bench {
  public:
   Bench(const Options& options, const BenchBackend& backend)
-      : options_(options), backend_(backend) {
+      : options_(options), backend_(backend), device_(backend.MakeRenderer()->device()) {
     for (const std::string& section : kSections) reports_[section].BeginArray();
     left_out_.BeginArray();
   }
 
   void Run() {
+    std::printf("%s\n", device_.c_str());
     for (const std::uint64_t count : options_.counts) {
-      for (const bool shell : {false, true}) MeasureScene(count, shell);
+      for (const bool shell : {false, true}) {
+        MeasureScene(count, shell);
+        WriteReport();
+      }
     }
     if (options_.Wants("features")) {
       const MeasureOne measure = [this](const std::string& name, const std::function<void()>& one) {
@@ -107,29 +112,35 @@ class Bench {
       Measure("features", "height_field", options_.feature_count, [&] {
         MeasureFeatures(backend_, options_.feature_count, options_, measure, &reports_["features"]);
       });
+      WriteReport();
     }
     if (options_.Wants("photographs")) {
       Measure("photographs", "photographs", 0,
               [&] { MeasurePhotographs(backend_, &reports_["photographs"]); });
+      WriteReport();
     }
   }
 
-  std::string Report(const std::string& device) {
+ private:
+  // Of what is measured so far: a program that is ended early, or a GPU that fails, leaves that.
+  void WriteReport() const {
+    if (options_.json.empty()) return;
     JsonWriter json;
     json.BeginObject()
         .Field("program", "sherd_cuda_bench")
         .Field("backend", backend_.name())
         .Field("measures_a_gpu", backend_.measures_a_gpu())
-        .Field("device", device);
+        .Field("device", device_);
     for (const std::string& section : kSections) {
       if (!options_.Wants(section)) continue;
-      json.Key(section).Value(reports_[section].EndArray());
+      JsonWriter list = reports_.at(section);
+      json.Key(section).Value(list.EndArray());
     }
-    json.Key("left_out").Value(left_out_.EndArray()).EndObject();
-    return json.text();
+    JsonWriter left_out = left_out_;
+    json.Key("left_out").Value(left_out.EndArray()).EndObject();
+    WriteText(options_.json, json.text());
   }
 
- private:
   // What does not fit in memory is told of and left out.
   void Measure(const std::string& section, const std::string& name, std::uint64_t metaballs,
                const std::function<void()>& measure) {
@@ -185,6 +196,7 @@ class Bench {
 
   const Options& options_;
   const BenchBackend& backend_;
+  const std::string device_;
   std::map<std::string, JsonWriter> reports_;  // a list for each section
   JsonWriter left_out_;
 };
@@ -198,11 +210,7 @@ int Run(const Options& options) {
     }
   }
   const BenchBackend backend(options.backend);
-  const std::string device = backend.MakeRenderer()->device();
-  std::printf("%s\n", device.c_str());
-  Bench bench(options, backend);
-  bench.Run();
-  if (!options.json.empty()) WriteText(options.json, bench.Report(device));
+  Bench(options, backend).Run();
   return 0;
 }
 
