@@ -39,8 +39,7 @@ std::vector<FeatureScene> MakeAppearanceScenes(int width = 84, int height = 60);
 std::shared_ptr<Cloud> MakeChannelCloud(double radius, double spread);
 // All that a frame can hold, of MakeChannelCloud's cloud.
 Planes EveryPlane();
-// Every plane under every mode of thresholds that the planes are told apart by, in floats and in
-// doubles. Deterministic.
+// Every plane under every mode of thresholds, in floats and in doubles. Deterministic.
 std::vector<FeatureScene> MakePlaneScenes(int width = 90, int height = 70);
 
 }  // namespace sherd

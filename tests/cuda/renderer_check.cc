@@ -37,8 +37,7 @@ void Fail(const std::string& why, FeatureCheck* check) {
 // A wavy sheet under a lump of metaballs, both of which change.
 class MovingScene {
  public:
-  explicit MovingScene(bool lit) : moving_(MakeInput()) {
-    input_ = MakeInput();
+  explicit MovingScene(bool lit) : input_(MakeInput()), moving_(input_) {
     feature_.camera = Camera::LookAt({0.5, 1.4, -2.4}, {0, 0, 0}, {0, 1, 0}, 0.8, 84, 60);
     feature_.scene.cloud = moving_.cloud();
     feature_.scene.surface.mode = ThresholdMode::kBlended;
@@ -70,7 +69,8 @@ class MovingScene {
     std::for_each(first, input_.center.end(), [](Vec3d& p) { p = p + Vec3d{-0.3, 0.15, 0.1}; });
     moving_.SetPositions({first, input_.center.end()}, kSheet);
   }
-  // So far that the cloud takes another frame for its floats.
+  // So far that the cloud takes another frame for its floats; seen from a little higher, so that
+  // the picture is another one.
   void MoveOutOfTheFrame() {
     for (Vec3d& p : input_.center) p = p + Vec3d{40, 10, 0};
     moving_.SetPositions(input_.center);
@@ -99,7 +99,7 @@ class MovingScene {
  private:
   static constexpr int kSide = 40, kSheet = kSide * kSide;
 
-  // Of the metaballs' own heights: those of the input lie between -0.1 and 0.7.
+  // Values within 0.4 of the offset, in waves.
   static Channel Height(const CloudInput& input, double offset) {
     Channel height("height", ChannelType::kFloat32, 1, input.center.size());
     for (std::size_t i = 0; i < input.center.size(); ++i) {
