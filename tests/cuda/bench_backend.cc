@@ -20,6 +20,7 @@ class WithoutProfile final : public ProfilingRenderer {
 
   std::string backend() const override { return inner_->backend(); }
   std::string device() const override { return inner_->device(); }
+  void Recycle(Frame frame) override { inner_->Recycle(std::move(frame)); }
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
     return inner_->Render(scene, camera, settings, control);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "metaball/median.h"
 #include "moved_camera.h"
@@ -55,13 +56,15 @@ FrameTimes TimeFrames(const PeerScene& peer, const RenderSettings& settings,
   for (const bool with_profile : {false, true}) {
     profile->EnableProfile(with_profile);
     for (int i = 0; i < options.warm_up + options.frames; ++i) {
-      const Frame frame = renderer->Render(peer.scene, MovedCamera(peer.camera, i), settings);
+      Frame frame = renderer->Render(peer.scene, MovedCamera(peer.camera, i), settings);
+      const RenderStats stats = frame.stats;
+      renderer->Recycle(std::move(frame));
       if (i < options.warm_up) continue;
       if (with_profile) {
         AddTo(&kernels, KernelsByName(*profile));
       } else {
-        frames.push_back(frame.stats.seconds_total * 1e3);
-        times.stats = frame.stats;
+        frames.push_back(stats.seconds_total * 1e3);
+        times.stats = stats;
       }
     }
   }

@@ -21,8 +21,8 @@ struct FrameTimes {
 };
 
 // Medians over options.frames frames, each with a camera of its own, after a warm-up: whole frames
-// without the profile's events first, then kernels with them. `profile` is asked for kernels: the
-// renderer itself, or what it draws with.
+// without the profile's events first, then kernels with them. A frame is handed back for the next.
+// `profile` is asked for kernels: the renderer itself, or what it draws with.
 FrameTimes TimeFrames(const PeerScene& peer, const RenderSettings& settings,
                       const BenchOptions& options, Renderer* renderer, ProfilingRenderer* profile);
 

@@ -258,7 +258,7 @@ std::vector<FeatureCheck> CheckSharing(const std::vector<FeatureScene>& features
     const Frame cpu = MakeCpuRenderer()->Render(feature.scene, feature.camera, settings);
     checks.push_back(JudgeFeature(feature, 1, cpu, [&] {
       if (!shared) shared = MakeSharedRenderer(RenderersToShare(backend));
-      shared->Render(feature.scene, feature.camera, settings);
+      shared->Recycle(shared->Render(feature.scene, feature.camera, settings));
       return shared->Render(feature.scene, feature.camera, settings);
     }));
     checks.back().backend = backend;

@@ -24,7 +24,8 @@ std::vector<FeatureCheck> CheckParts(const std::vector<FeatureScene>& features,
                                      const std::string& backend, const CheckFilter& filter);
 
 // The features by renderers that share the picture: those of all GPUs that can be used, or several
-// of one; the second picture of the same renderers, whose bands are other ones. "shared_...".
+// of one; the second picture of the same renderers, whose bands are other ones, in the first one's
+// memory. "shared_...".
 std::vector<FeatureCheck> CheckSharing(const std::vector<FeatureScene>& features,
                                        const std::string& backend, const CheckFilter& filter);
 

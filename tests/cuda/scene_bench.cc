@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "cuda/host_loop.h"
@@ -25,6 +26,14 @@ JsonWriter& BeginScene(const std::string& name, const PeerScene& peer, JsonWrite
       .Field("metaballs", std::uint64_t{peer.scene.cloud->size()})
       .Field("width", peer.camera.width)
       .Field("height", peer.camera.height);
+}
+
+// As programs do that draw one frame after another, the frame is handed back for the next.
+RenderStats DrawOne(Renderer* renderer, const Scene& scene, const Camera& camera) {
+  Frame frame = renderer->Render(scene, camera, {});
+  RenderStats stats = frame.stats;
+  renderer->Recycle(std::move(frame));
+  return stats;
 }
 
 }  // namespace
@@ -97,8 +106,8 @@ void MeasureAgainstTheCpu(const BenchBackend& backend, const std::string& name,
   std::string cpu_device;
   for (int i = 0; i <= kFrames; ++i) {  // the first does not count
     const Camera camera = MovedCamera(peer.camera, i);
-    const RenderStats own_stats = own->Render(peer.scene, camera, {}).stats;
-    const RenderStats cpu_stats = cpu->Render(peer.scene, camera, {}).stats;
+    const RenderStats own_stats = DrawOne(own.get(), peer.scene, camera);
+    const RenderStats cpu_stats = DrawOne(cpu.get(), peer.scene, camera);
     if (i == 0) continue;
     own_times.push_back(own_stats.seconds_total * 1e3);
     cpu_times.push_back(cpu_stats.seconds_total * 1e3);

@@ -56,7 +56,9 @@ void MeasureThesis(const BenchBackend& backend, const std::string& name, const P
     for (int i = 0; i < warm_up + options.frames; ++i) {
       const Camera camera = MovedCamera(peer.camera, i);
       for (Rival& rival : rivals) {
-        const RenderStats stats = rival.renderer->Render(peer.scene, camera, {}).stats;
+        Frame frame = rival.renderer->Render(peer.scene, camera, {});
+        const RenderStats stats = frame.stats;
+        rival.renderer->Recycle(std::move(frame));
         if (!profile && i == 0) rival.prepare = stats.seconds_prepare;
         if (i < warm_up) continue;
         if (profile) {
