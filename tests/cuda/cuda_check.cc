@@ -3,7 +3,9 @@
 //   sherd_cuda_check [--json FILE] [--count N] [--size WxH] [--backend NAME]... [--scene TEXT]
 //
 // Backends: cpu, host-loop (the CUDA kernels' bodies run on the CPU), cuda where a GPU can be used.
-// The thesis's method (thesis_check.h) is held against itself on the CPU.
+// What the reference does not draw is held against the CPU: appearances and planes
+// (feature_check.h), what renderers do beyond a frame (renderer_check.h), the thesis's method
+// (thesis_check.h), photographs (photo_check.h). --scene takes those whose name holds the text.
 // Needs a compiler and the toolkit, nothing else. Exits with 1 when a backend breaks the contract,
 // 2 when a command line cannot be used.
 #include <algorithm>
@@ -11,7 +13,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
@@ -19,17 +21,14 @@
 #include <utility>
 #include <vector>
 
-#include "cuda/cuda_renderer.h"
-#include "cuda/host_loop.h"
-#include "cuda/photo_sampler.h"
+#include "backends.h"
+#include "bench_options.h"
 #include "cuda/renderers.h"
+#include "feature_check.h"
 #include "json_writer.h"
-#include "metaball/atomic_file.h"
 #include "metaball/frame_difference.h"
-#include "metaball/photo/sampler.h"
-#include "metaball/stopwatch.h"
-#include "metaball/supersample.h"
-#include "photo_scenes.h"
+#include "photo_check.h"
+#include "renderer_check.h"
 #include "scenes.h"
 #include "thesis_check.h"
 
@@ -64,10 +63,6 @@ Options ParseOptions(int argc, char** argv) {
     } else if (name == "--scene") {
       options.scene = value;
     } else if (name == "--backend") {
-      if (value != "cpu" && value != "host-loop" && value != "cuda") {
-        throw std::invalid_argument("there is no backend '" + value +
-                                    "'; use cpu, host-loop or cuda");
-      }
       options.backends.push_back(value);
     } else if (name == "--count") {
       options.count = std::strtoull(value.c_str(), nullptr, 10);
@@ -98,63 +93,9 @@ std::uint64_t PixelsOff(const Frame& a, const Frame& b) {
   return off;
 }
 
-// Photographs looked up on one backend, compared with the CPU.
-struct PhotoResult {
-  std::string backend;
-  std::uint64_t pool_bytes = 0, lookups = 0;
-  double largest_difference = 0;  // linear colour
-  PhotoTileSampler::Use use;
-  double seconds = 0;
-  bool passed = false;
-  std::string error;
-};
-
-double LargestDifference(const Vec3f& a, const Vec3f& b) {
-  const Vec3f d = a - b;
-  const float worst = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
-  return worst >= 0 ? worst : INFINITY;  // NaN
-}
-
-PhotoResult RunPhotos(const std::string& backend, std::uint64_t pool_bytes) {
-  constexpr int kWidth = 2000, kHeight = 1500, kPhotos = 3;
-  constexpr std::size_t kLookups = 100'000;
-  PhotoResult r;
-  r.backend = backend;
-  r.pool_bytes = pool_bytes;
-  try {
-    const auto cpu = MakeCpuPhotoSampler();
-    const auto sampler = backend == "cuda" ? MakeCudaPhotoSampler(pool_bytes, FirstUsableGpu().idx)
-                                           : MakeHostLoopPhotoSampler(pool_bytes);
-    std::vector<PhotoColors> expected(kLookups), got(kLookups);
-    for (int k = 0; k < kPhotos; ++k) {
-      const auto id = static_cast<std::uint32_t>(k);
-      const PhotoPyramid pixels = MakeNoisePhoto(kWidth, kHeight, 0, id);
-      const std::vector<PhotoLookup> lookups = MakeLookups(id, kWidth, kHeight, kLookups);
-      const PhotoExtent extent{id, kWidth, kHeight, 0};
-      cpu->Sample(extent, &pixels, lookups, expected.data(), {});
-      const Stopwatch watch;
-      sampler->Sample(extent, &pixels, lookups, got.data(), {});
-      r.seconds += watch.Seconds();
-      r.lookups += kLookups;
-      for (std::size_t i = 0; i < kLookups; ++i) {
-        r.largest_difference = std::max(
-            {r.largest_difference, LargestDifference(got[i].footprint, expected[i].footprint),
-             LargestDifference(got[i].surroundings, expected[i].surroundings)});
-      }
-    }
-    r.use = sampler->use();
-  } catch (const std::exception& error) {
-    r.error = error.what();
-  }
-  // The device fuses multiplications and additions; a pixel from the wrong place is off by far
-  // more. Its logarithm may choose a level a rounding away.
-  r.passed = r.error.empty() && r.largest_difference <= 2e-5;
-  return r;
-}
-
 void WriteReport(const Options& options, const std::string& cuda, bool passed,
-                 const std::vector<Result>& results, const std::vector<ThesisCheck>& thesis,
-                 const std::vector<PhotoResult>& photos) {
+                 const std::vector<Result>& results, const std::vector<FeatureCheck>& features,
+                 const std::vector<ThesisCheck>& thesis, const std::vector<PhotoCheck>& photos) {
   JsonWriter json;
   json.BeginObject()
       .Field("program", "sherd_cuda_check")
@@ -200,30 +141,14 @@ void WriteReport(const Options& options, const std::string& cuda, bool passed,
         .Field("bytes", s.bytes)
         .EndObject();
   }
+  json.EndArray().Key("features").BeginArray();
+  for (const FeatureCheck& check : features) Write(check, &json);
   json.EndArray().Key("thesis_method").BeginArray();
   for (const ThesisCheck& check : thesis) Write(check, &json);
   json.EndArray().Key("photographs").BeginArray();
-  for (const PhotoResult& r : photos) {
-    json.BeginObject()
-        .Field("backend", r.backend)
-        .Field("passed", r.passed)
-        .Field("pool_bytes", r.pool_bytes);
-    if (r.error.empty()) {
-      json.Field("lookups", r.lookups)
-          .Field("largest_difference_from_cpu", r.largest_difference)
-          .Field("tiles_loaded", r.use.tiles_loaded)
-          .Field("rounds", r.use.rounds)
-          .Field("seconds", r.seconds);
-    } else {
-      json.Field("error", r.error);
-    }
-    json.EndObject();
-  }
+  for (const PhotoCheck& check : photos) Write(check, &json);
   json.EndArray().EndObject();
-  const std::string text = json.text();
-  AtomicFile file(options.json);
-  file.Write(text.data(), text.size());
-  file.Commit();
+  WriteText(options.json, json.text());
 }
 
 Result RunScene(const CheckScene& scene, Renderer* renderer, const ReferenceFrame* reference,
@@ -268,16 +193,24 @@ void Print(const Result& r) {
   std::fflush(stdout);
 }
 
-void Print(const PhotoResult& r) {
-  std::printf("%-4s photographs in %-21s %-9s ", r.passed ? "ok" : "FAIL",
-              (std::to_string(r.pool_bytes >> 10) + " KiB").c_str(), r.backend.c_str());
-  if (!r.error.empty()) {
-    std::printf("%s\n", r.error.c_str());
-    return;
+void CheckFeatures(const Options& options, const std::vector<std::string>& backends,
+                   const std::function<void(const FeatureCheck&)>& record) {
+  std::vector<FeatureScene> features = MakeAppearanceScenes(options.width, options.height);
+  for (FeatureScene& feature : MakePlaneScenes(options.width, options.height)) {
+    features.push_back(std::move(feature));
   }
-  std::printf("off from the CPU's by %.1e, %llu rounds, %.1f ms\n", r.largest_difference,
-              static_cast<unsigned long long>(r.use.rounds), r.seconds * 1e3);
-  std::fflush(stdout);
+  for (const FeatureScene& feature : features) {
+    if (feature.name.find(options.scene) == std::string::npos) continue;
+    for (const FeatureCheck& check : CheckFeature(feature, backends)) record(check);
+  }
+  for (const std::string& backend : backends) {
+    for (const auto& checks :
+         {CheckMovingClouds(backend, options.scene), CheckParts(features, backend, options.scene),
+          CheckSharing(features, backend, options.scene),
+          CheckLevelsOfDetail(backend, options.scene)}) {
+      for (const FeatureCheck& check : checks) record(check);
+    }
+  }
 }
 
 int Run(const Options& options) {
@@ -286,25 +219,23 @@ int Run(const Options& options) {
   std::printf("CUDA: %s\n", cuda.c_str());
   std::vector<std::string> names = options.backends;
   if (names.empty()) {
-    names = {"cpu", "host-loop"};
-    if (status.available) names.push_back("cuda");
+    names = BackendsBesideTheCpu();
+    names.insert(names.begin(), "cpu");
   }
   const auto cpu = MakeCpuRenderer();
   std::vector<std::unique_ptr<Renderer>> renderers;
-  for (const std::string& name : names) {
-    if (name == "cpu") {
-      renderers.push_back(MakeCpuRenderer());
-    } else if (name == "host-loop") {
-      renderers.push_back(MakeHostLoopRenderer());
-    } else {
-      renderers.push_back(MakeCudaRenderer(FirstUsableGpu()));  // throws where there is no GPU
-    }
-  }
+  for (const std::string& name : names) renderers.push_back(MakeBackend(name));
+  // The CPU is what the rest is held against.
+  std::vector<std::string> others = names;
+  std::erase(others, "cpu");
 
   std::vector<Result> results;
   bool passed = true;
-  for (const CheckScene& scene : MakeCheckScenes(options.count, options.width, options.height)) {
-    if (scene.name.find(options.scene) == std::string::npos) continue;
+  std::vector<CheckScene> scenes = MakeCheckScenes(options.count, options.width, options.height);
+  std::erase_if(scenes, [&](const CheckScene& scene) {
+    return scene.name.find(options.scene) == std::string::npos;
+  });
+  for (const CheckScene& scene : scenes) {
     RenderSettings settings;
     settings.supersample = scene.supersample;
     const Frame cpu_frame = cpu->Render(scene.scene, scene.camera, settings);
@@ -317,33 +248,31 @@ int Run(const Options& options) {
       passed = passed && results.back().passed;
     }
   }
+  const auto record = [&passed]<class Check>(const Check& check, std::vector<Check>* checks) {
+    Print(check);
+    passed = passed && check.passed;
+    checks->push_back(check);
+  };
+  std::vector<FeatureCheck> features;
+  CheckFeatures(options, others, [&](const FeatureCheck& check) { record(check, &features); });
   std::vector<ThesisCheck> thesis;
-  for (const CheckScene& scene : MakeCheckScenes(options.count, options.width, options.height)) {
-    if (scene.name.find(options.scene) == std::string::npos) continue;
-    for (const std::string& name : names) {
-      if (name == "cpu") continue;
-      for (const ThesisCheck& check : CheckThesis(scene, name)) {
-        thesis.push_back(check);
-        Print(check);
-        passed = passed && check.passed;
-      }
+  for (const CheckScene& scene : scenes) {
+    for (const std::string& name : others) {
+      for (const ThesisCheck& check : CheckThesis(scene, name)) record(check, &thesis);
     }
   }
-  std::vector<PhotoResult> photos;
+  std::vector<PhotoCheck> photos;
   if (std::string("photographs").find(options.scene) != std::string::npos) {
-    for (const std::string& name : names) {
-      if (name == "cpu") continue;
+    for (const std::string& name : others) {
       for (const std::uint64_t pool_bytes : {std::uint64_t{1} << 20, std::uint64_t{64} << 20}) {
-        photos.push_back(RunPhotos(name, pool_bytes));
-        Print(photos.back());
-        passed = passed && photos.back().passed;
+        record(CheckPhotos(name, pool_bytes), &photos);
       }
     }
   }
-  if (results.empty() && photos.empty()) {
+  if (results.empty() && features.empty() && photos.empty()) {
     throw std::invalid_argument("no scene's name holds '" + options.scene + "'");
   }
-  if (!options.json.empty()) WriteReport(options, cuda, passed, results, thesis, photos);
+  if (!options.json.empty()) WriteReport(options, cuda, passed, results, features, thesis, photos);
   std::printf("%s\n", passed ? "passed" : "FAILED");
   return passed ? 0 : 1;
 }

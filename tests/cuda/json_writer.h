@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <string>
@@ -52,6 +53,16 @@ class JsonWriter {
     return *this;
   }
 
+  // All that another writer holds: what was measured first may be reported last.
+  JsonWriter& Value(const JsonWriter& inner) {
+    Separate();
+    for (const char c : inner.text_) {
+      text_ += c;
+      if (c == '\n') text_ += Indent();  // in strings it is escaped
+    }
+    return *this;
+  }
+
   template <class T>
   JsonWriter& Field(std::string_view key, const T& value) {
     return Key(key).Value(value);
@@ -84,7 +95,8 @@ class JsonWriter {
     first_ = false;
     NewLine();
   }
-  void NewLine() { text_ += '\n' + std::string(2 * depth_, ' '); }
+  void NewLine() { text_ += '\n' + Indent(); }
+  std::string Indent() const { return std::string(2 * static_cast<std::size_t>(depth_), ' '); }
   void Quote(std::string_view s) {
     text_ += '"';
     for (const char c : s) {

@@ -1,24 +1,17 @@
 #include "thesis_bench.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <utility>
 #include <vector>
 
-#include "cuda/cuda_renderer.h"
-#include "cuda/cuda_thesis_renderer.h"
-#include "cuda/renderers.h"
-#include "metaball/frame_difference.h"
 #include "metaball/median.h"
-#include "metaball/reference/reference.h"
 #include "moved_camera.h"
 
 namespace sherd {
 namespace {
-
-constexpr int kErrorWidth = 160;  // of the picture that is held against the reference
-constexpr int kWarmUp = 3;
 
 struct Rival {
   std::string name;
@@ -26,52 +19,48 @@ struct Rival {
   std::vector<double> frames, kernels;  // milliseconds
   double prepare = 0;                   // seconds, of the first frame
   RenderStats stats;
+  FrameDifference error;
 };
 
 double KernelMilliseconds(const ProfilingRenderer& renderer) {
-  double sum = 0;
-  for (const KernelTime& kernel : renderer.LastKernels()) sum += kernel.milliseconds;
+  const std::vector<KernelTime> kernels = renderer.LastKernels();
+  double sum = kernels.empty() ? NAN : 0.0;
+  for (const KernelTime& kernel : kernels) sum += kernel.milliseconds;
   return sum;
 }
 
-void WriteError(const FrameDifference& d, JsonWriter* json) {
-  json->Key("error")
-      .BeginObject()
-      .Field("pixels", d.pixels)
-      .Field("missed", d.missed)
-      .Field("invented", d.invented)
-      .Field("pixels_off_by_more_than_8_255", d.color_off)
-      .Field("wrong_share", d.WrongShare())
-      .Field("median_depth_difference_in_radii", d.depth_median)
-      .Field("p99_depth_difference_in_radii", d.depth_p99)
-      .Field("largest_depth_difference_in_radii", d.depth_max)
-      .Field("p99_colour_difference_delta_e", d.delta_e_p99)
-      .EndObject();
+// NaN where nothing was timed.
+double MedianOf(const std::vector<double>& milliseconds) {
+  const bool timed = !std::isnan(milliseconds.front());
+  return timed ? Median(milliseconds) : NAN;
 }
 
 }  // namespace
 
-void MeasureThesis(const std::string& name, const PeerScene& peer, int frames, JsonWriter* json) {
+void MeasureThesis(const BenchBackend& backend, const std::string& name, const PeerScene& peer,
+                   const SmallReference& reference, const BenchOptions& options, JsonWriter* json) {
   std::vector<Rival> rivals;
-  rivals.push_back({"ours", MakeCudaRenderer(FirstUsableGpu()), {}, {}, 0, {}});
-  for (const bool gated : {true, false}) {
-    rivals.push_back({gated ? "thesis, gated" : "thesis, not gated",
-                      MakeCudaThesisRenderer(FirstUsableGpu(), {.gated = gated}),
-                      {},
-                      {},
-                      0,
-                      {}});
-  }
+  const auto add = [&](const char* rival, std::unique_ptr<ProfilingRenderer> renderer) {
+    rivals.emplace_back();
+    rivals.back().name = rival;
+    rivals.back().renderer = std::move(renderer);
+  };
+  add("ours", backend.MakeRenderer());
+  add("thesis, gated", backend.MakeThesisRenderer({.gated = true}));
+  add("thesis, not gated", backend.MakeThesisRenderer({.gated = false}));
   // Whole frames without the profile's events, then kernels with them; one after another, so that
   // what slows the machine slows all.
+  const int warm_up = std::max(1, options.warm_up);
   for (const bool profile : {false, true}) {
     for (Rival& rival : rivals) rival.renderer->EnableProfile(profile);
-    for (int i = 0; i < kWarmUp + frames; ++i) {
+    for (int i = 0; i < warm_up + options.frames; ++i) {
       const Camera camera = MovedCamera(peer.camera, i);
       for (Rival& rival : rivals) {
-        const RenderStats stats = rival.renderer->Render(peer.scene, camera, {}).stats;
+        Frame frame = rival.renderer->Render(peer.scene, camera, {});
+        const RenderStats stats = frame.stats;
+        rival.renderer->Recycle(std::move(frame));
         if (!profile && i == 0) rival.prepare = stats.seconds_prepare;
-        if (i < kWarmUp) continue;
+        if (i < warm_up) continue;
         if (profile) {
           rival.kernels.push_back(KernelMilliseconds(*rival.renderer));
         } else {
@@ -81,30 +70,27 @@ void MeasureThesis(const std::string& name, const PeerScene& peer, int frames, J
       }
     }
   }
+  for (Rival& rival : rivals) {
+    rival.error = ErrorOf(rival.renderer.get(), peer.scene, reference);
+  }
 
-  const Camera small = peer.camera.Resized(
-      kErrorWidth, std::max(1, kErrorWidth * peer.camera.height / peer.camera.width));
-  const ReferenceFrame reference = ReferenceRender(peer.scene, small);
-  RenderSettings planes;
-  planes.planes.depth = planes.planes.normal = true;
-  const double ours = Median(rivals[0].frames), our_kernels = Median(rivals[0].kernels);
+  const double ours = Median(rivals[0].frames), our_kernels = MedianOf(rivals[0].kernels);
   json->BeginObject()
       .Field("scene", name)
       .Field("metaballs", rivals[0].stats.metaballs)
       .Field("width", peer.camera.width)
       .Field("height", peer.camera.height)
-      .Field("frames", frames)
+      .Field("frames", options.frames)
       .Key("renderers")
       .BeginArray();
-  for (Rival& rival : rivals) {
-    const FrameDifference d = CompareToReference(rival.renderer->Render(peer.scene, small, planes),
-                                                 reference, peer.scene.cloud->frame.unit);
-    const double frame = Median(rival.frames), kernels = Median(rival.kernels);
+  for (const Rival& rival : rivals) {
+    const double frame = Median(rival.frames), kernels = MedianOf(rival.kernels);
     std::printf(
-        "%-13s %9llu metaballs %4dx%-4d  %-17s frame %8.3f ms (%6.1f x ours), kernels "
-        "%8.3f ms, wrong %.4f\n",
+        "thesis       %-13s %9llu metaballs %4dx%-4d  %-17s frame %8.3f ms (%6.1f x ours), ",
         name.c_str(), static_cast<unsigned long long>(rival.stats.metaballs), peer.camera.width,
-        peer.camera.height, rival.name.c_str(), frame, frame / ours, kernels, d.WrongShare());
+        peer.camera.height, rival.name.c_str(), frame, frame / ours);
+    if (!std::isnan(kernels)) std::printf("kernels %8.3f ms, ", kernels);
+    std::printf("wrong %.4f\n", rival.error.WrongShare());
     std::fflush(stdout);
     json->BeginObject()
         .Field("renderer", rival.name)
@@ -115,8 +101,9 @@ void MeasureThesis(const std::string& name, const PeerScene& peer, int frames, J
         .Field("seconds_prepare_once", rival.prepare)
         .Field("hits", rival.stats.hits)
         .Field("unresolved", rival.stats.unresolved)
-        .Field("bytes_beside_the_cloud", rival.stats.bytes);
-    WriteError(d, json);
+        .Field("bytes_beside_the_cloud", rival.stats.bytes)
+        .Key("error");
+    WriteError(rival.error, json);
     json->EndObject();
   }
   json->EndArray().EndObject();
