@@ -11,11 +11,12 @@
 
 #include "cuda/kernels/binning.h"
 #include "cuda/kernels/trace_params.h"
+#include "metaball/appearance/uv_gradients.h"
 #include "metaball/channel.h"
 #include "metaball/cloud.h"
 #include "metaball/color.h"
 #include "metaball/density/model.h"
-#include "metaball/error.h"
+#include "metaball/frame.h"
 #include "metaball/precision.h"
 #include "metaball/scene.h"
 
@@ -107,6 +108,20 @@ class DeviceCloud {
   std::uint64_t Bytes() const {
     std::uint64_t bytes = sphere_.bytes() + color_.bytes() + threshold_.bytes();
     for (const auto& [name, channel] : channels_) bytes += channel.bytes();
+    return bytes;
+  }
+  // Of the channels that the planes ask for and nothing has asked for yet.
+  std::uint64_t MissingBytes(const Cloud& cloud, const Planes& planes) const {
+    std::uint64_t bytes = 0;
+    const auto add = [&](const std::string& name) {
+      const Channel* channel = cloud.FindChannel(name);
+      if (channel && !channels_.contains(name)) bytes += channel->bytes().size();
+    };
+    for (const std::string& name : planes.channels) add(name);
+    for (const UvRequest& uv : planes.uv) {
+      add(uv.channel);
+      for (const int axis : {0, 1}) add(UvGradientName(uv.channel, axis));
+    }
     return bytes;
   }
   // What Use would take at most.

@@ -60,15 +60,7 @@ class FramePipeline {
       const auto upload = std::chrono::steady_clock::now();
       UseCloud(scene, settings.threads);
       frame.stats.seconds_prepare = SecondsSince(upload);
-      const RenderStats before = frame.stats;
-      try {
-        RenderAll(scene, camera, settings, control, &frame);
-      } catch (const ResourceError&) {
-        // Buffers of earlier frames, of other sizes, may hold what this one needs.
-        ReleaseFrame();
-        frame.stats = before;
-        RenderAll(scene, camera, settings, control, &frame);
-      }
+      RenderInMemory(scene, camera, settings, control, &frame);
       kernels::TraceCounts counts;
       machine_.Download(&counts, counts_, 1);
       using Counts = kernels::TraceCounts;
@@ -121,6 +113,27 @@ class FramePipeline {
     Region region, held;
     Camera camera, local;  // of the samples held
   };
+
+  // RenderAll, until it succeeds or the smallest part of the picture does not.
+  void RenderInMemory(const Scene& scene, const Camera& camera, const RenderSettings& settings,
+                      const Control& control, Frame* frame) {
+    const RenderStats before = frame->stats;
+    most_pixels_ = frame->color.size();
+    for (bool again = false;; again = true) {
+      try {
+        RenderAll(scene, camera, settings, control, frame);
+        return;
+      } catch (const ResourceError&) {
+        // Buffers of earlier frames, of other sizes, may hold what this one needs; and what a part
+        // of it needs is known to a few per cent only.
+        ReleaseFrame();
+        frame->stats = before;
+        if (!again) continue;
+        most_pixels_ = std::min(most_pixels_, region_pixels_) / 2;
+        if (most_pixels_ < kernels::kTileRays) throw;
+      }
+    }
+  }
 
   void RenderAll(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                  const Control& control, Frame* frame) {
@@ -196,13 +209,15 @@ class FramePipeline {
   void RenderRegion(Job& job, const Region& region) {
     using Lists = TileLists<Machine>;
     job.control.ThrowIfStopped();
+    region_pixels_ = region.pixels();
     const Region held = region.Grown(job.border());
     const auto n = static_cast<std::uint64_t>(job.samples());
     const std::uint64_t width = held.width * n, height = held.height * n;
     const std::uint64_t tiles =
         (width / kernels::kTileSize + 1) * (height / kernels::kTileSize + 1);
-    std::uint64_t needed = cloud_.Bytes() + cloud_.size() * Lists::kBytesPerMetaball +
-                           tiles * Lists::kBytesPerTile + PlaneBytes(job, region);
+    std::uint64_t needed = cloud_.Bytes() + cloud_.MissingBytes(*job.scene.cloud, job.planes) +
+                           cloud_.size() * Lists::kBytesPerMetaball + tiles * Lists::kBytesPerTile +
+                           PlaneBytes(job, region);
     if (job.deferred) needed += AppearancePass<Machine>::SceneBytes(job.scene);
     // Sorting and scanning want a little room of their own.
     const auto fits = [&](std::uint64_t bytes) {
@@ -212,9 +227,9 @@ class FramePipeline {
       if (bytes + appearance_.BatchBytes() > room) appearance_.ReleaseBatches(&machine_);
       return bytes <= room;
     };
-    const bool addressable = width <= kernels::kMaxRegionSide &&
-                             height <= kernels::kMaxRegionSide && tiles <= Lists::kMostEntries;
-    if (addressable && fits(needed)) {
+    const bool allowed = region.pixels() <= most_pixels_ && width <= kernels::kMaxRegionSide &&
+                         height <= kernels::kMaxRegionSide && tiles <= Lists::kMostEntries;
+    if (allowed && fits(needed)) {
       const Part part(job, region);
       machine_.Mark(FrameStage::kBegin);
       const kernels::BinTotals totals =
@@ -420,6 +435,8 @@ class FramePipeline {
   // What a region took that went well: one that needs no more is begun without asking the machine,
   // which takes its time. Should it fail all the same, Render gives everything back and asks.
   std::uint64_t held_ = 0;
+  // Of a part of the frame in the making, and of the one that was begun last.
+  std::uint64_t most_pixels_ = 0, region_pixels_ = 0;
 };
 
 }  // namespace sherd

@@ -80,6 +80,29 @@ TEST(PipelineAppearance, PartsOfAPictureMakeTheSamePicture) {
   }
 }
 
+// What a part of a picture needs is only estimated before it is drawn.
+TEST(PipelineAppearance, OnceItDrawsMoreMemoryNeverRefuses) {
+  const std::vector<FeatureScene> scenes = MakeAppearanceScenes(96, 64);
+  RenderSettings settings;
+  settings.supersample = 2;
+  for (const char* name : {"quantity_intensity", "filter", "texture_planar", "shadows"}) {
+    const auto scene = std::find_if(scenes.begin(), scenes.end(),
+                                    [&](const FeatureScene& s) { return s.name == name; });
+    std::uint64_t drawn = 0;
+    for (std::uint64_t bytes = 160'000; bytes < 760'000; bytes += 24'000) {
+      HostLoopOptions options;
+      options.memory_bytes = bytes;
+      try {
+        MakeHostLoopRenderer(options)->Render(scene->scene, scene->camera, settings);
+        ++drawn;
+      } catch (const ResourceError& error) {
+        EXPECT_EQ(drawn, 0u) << name << " with " << bytes << " bytes: " << error.what();
+      }
+    }
+    EXPECT_GT(drawn, 10u) << name;
+  }
+}
+
 TEST(PipelineAppearance, ShadowsFollowTheRadiusAndACloudThatLostItsOrder) {
   Scene scene = Named("shadows").scene;
   const Camera& camera = Named("shadows").camera;
