@@ -14,18 +14,13 @@
 #include "cuda/kernels/metaball_list.h"
 #include "cuda/kernels/trace_params.h"
 #include "metaball/appearance/occlusion_rays.h"
+#include "metaball/appearance/ray_walk.h"
 #include "metaball/appearance/support_tree_view.h"
-#include "metaball/bits.h"
 #include "metaball/camera.h"
 #include "metaball/cloud.h"
-#include "metaball/density/scalar_math.h"
 #include "metaball/tile_march.h"
 
 namespace sherd::kernels {
-
-#define SHERD_FORMULA SHERD_HD
-#include "metaball/appearance/beam-inl.h"
-#undef SHERD_FORMULA
 
 // The rays of a batch: from `count` samples that follow each other, one ray each towards a light or
 // along every direction of the ambient light, direction by direction.
@@ -66,45 +61,6 @@ struct RayBatch {
   }
 };
 
-// Shows `take` every metaball that a ray may meet: take(metaball, front). Fronts and the march's
-// depths count from the ray's begin.
-template <class Take>
-struct ListVisitor {
-  const SupportTreeView& tree;
-  const Beam& beam;
-  const Take& take;
-
-  SHERD_HD std::uint32_t Boxes(const SupportTreeLevelView& level, std::uint32_t first) const {
-    std::uint32_t met = 0;
-    for (std::uint32_t b = 0; b < SupportTreeView::kWidth; ++b) {
-      const std::uint32_t k = first + b;
-      met |= static_cast<std::uint32_t>(BeamMeetsBox(beam, level.min_x[k], level.min_y[k],
-                                                     level.min_z[k], level.max_x[k], level.max_y[k],
-                                                     level.max_z[k]))
-             << b;
-    }
-    return met;
-  }
-  SHERD_HD void Metaballs(std::uint32_t first) const {
-    for (std::uint32_t k = first; k < first + SupportTreeView::kWidth; ++k) {
-      float front = 0.0f, exit = 0.0f;
-      if (BeamMeetsSupport(beam, tree.x[k], tree.y[k], tree.z[k], tree.radius[k], &front, &exit)) {
-        take(tree.IndexOf(k), front);
-      }
-    }
-  }
-};
-
-template <class Take>
-SHERD_HD void ForEachOnRay(const SupportTreeView& tree, const OcclusionRay& ray, const Take& take) {
-  const double length = ray.end - ray.begin;
-  if (!(length > 0.0)) return;
-  const Vec3d origin = ray.origin + ray.direction * ray.begin;
-  const Beam beam = tree.BeamAlong(origin, ray.direction, 0.0, 0.0, length);
-  ListVisitor<Take> visitor{tree, beam, take};
-  WalkTree(tree, &visitor);
-}
-
 struct CountOnRays {
   static constexpr int kThreads = 128, kBlocksPerMultiprocessor = 8;  // 64 registers
 
@@ -116,7 +72,7 @@ struct CountOnRays {
     std::uint32_t count = 0;
     OcclusionRay ray;
     if (idx < batch.rays() && batch.RayAt(idx, &ray)) {
-      ForEachOnRay(tree, ray, [&](std::uint32_t, float) { ++count; });
+      ForEachOnRay(tree, ray, [&](const TileEntry&) { ++count; });
     }
     counts[idx] = count;
   }
@@ -134,13 +90,9 @@ struct ListOnRays {
     TileEntry* next = entries + offsets[idx];
     OcclusionRay ray;
     if (!batch.RayAt(idx, &ray)) return;
-    ForEachOnRay(tree, ray, [&](std::uint32_t i, float front) { *next++ = {i, front}; });
+    ForEachOnRay(tree, ray, [&](const TileEntry& entry) { *next++ = entry; });
   }
 };
-
-SHERD_HD bool IsBefore(const TileEntry& a, const TileEntry& b) {
-  return a.front < b.front || (a.front == b.front && a.metaball < b.metaball);
-}
 
 // By insertion where there are few; else by heap, which needs no more room.
 SHERD_HD void SortEntries(TileEntry* entry, int n) {

@@ -1,4 +1,4 @@
-// No guard: included for plain numbers by occlusion.cc, and once for each instruction set, for
+// No guard: included for plain numbers by ray_walk.h, and once for each instruction set, for
 // vectors of boxes and metaballs, by occlusion_packets-inl.h. With SHERD_HD for SHERD_FORMULA it
 // compiles for the GPU. Needs bits.h and support_tree_view.h.
 //

@@ -4,43 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "metaball/bits.h"
+#include "metaball/appearance/ray_walk.h"
 #include "metaball/precision.h"
 
 namespace sherd {
 namespace {
-
-#define SHERD_FORMULA inline
-#include "metaball/appearance/beam-inl.h"
-#undef SHERD_FORMULA
-
-// Collects what one ray may meet.
-struct Collector {
-  const SupportTreeView& tree;
-  const Beam& beam;
-  std::vector<TileEntry>* found;
-
-  std::uint32_t Boxes(const SupportTreeLevelView& level, std::uint32_t first) const {
-    std::uint32_t met = 0;
-    for (std::uint32_t b = 0; b < SupportTreeView::kWidth; ++b) {
-      const std::uint32_t k = first + b;
-      met |= static_cast<std::uint32_t>(BeamMeetsBox(beam, level.min_x[k], level.min_y[k],
-                                                     level.min_z[k], level.max_x[k], level.max_y[k],
-                                                     level.max_z[k]))
-             << b;
-    }
-    return met;
-  }
-  void Metaballs(std::uint32_t first) const {
-    for (std::uint32_t k = first; k < first + SupportTreeView::kWidth; ++k) {
-      float front = 0, exit = 0;
-      if (!BeamMeetsSupport(beam, tree.x[k], tree.y[k], tree.z[k], tree.radius[k], &front, &exit)) {
-        continue;
-      }
-      found->push_back({tree.IndexOf(k), front});
-    }
-  }
-};
 
 // The usual case for each shape by itself; the rest, less often asked for, in doubles for any.
 TileHit MarchAny(const OcclusionJob& job, const TileList& list, const RayD& ray,
@@ -111,24 +79,18 @@ void Occlusion::Cast(const OcclusionRay* rays, int count, Scratch* scratch,
 }
 
 bool Occlusion::CastOne(const OcclusionRay& ray, Scratch* scratch) const {
-  const double length = ray.end - ray.begin;
-  if (!(length > 0)) return false;
-  const RayD from{ray.origin + ray.direction * ray.begin, ray.direction};
-  const Beam beam = job_.tree.BeamAlong(from.origin, from.direction, 0, 0, length);
   std::vector<TileEntry>& entries = scratch->entries;
   entries.clear();
-  Collector collector{job_.tree, beam, &entries};
-  WalkTree(job_.tree, &collector);
+  ForEachOnRay(job_.tree, ray, [&](const TileEntry& entry) { entries.push_back(entry); });
   if (entries.empty()) return false;
-  // The list of a tile that only this ray passes, nearest first.
-  std::sort(entries.begin(), entries.end(), [](const TileEntry& a, const TileEntry& b) {
-    return a.front < b.front || (a.front == b.front && a.metaball < b.metaball);
-  });
+  // The list of a tile that only this ray passes.
+  std::sort(entries.begin(), entries.end(), IsBefore);
   TileList list = job_.list;
   list.entry = entries.data();
   list.count = static_cast<int>(entries.size());
+  const RayD from{ray.origin + ray.direction * ray.begin, ray.direction};
   const TileHit hit = MarchAny(job_, list, from, &scratch->counts);
-  return hit.hit && hit.depth <= length;
+  return hit.hit && hit.depth <= ray.end - ray.begin;
 }
 
 }  // namespace sherd
