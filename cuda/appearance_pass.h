@@ -56,8 +56,8 @@ class DeviceImage {
       bytes += image.level(k).bytes.size();
       floats += image.level(k).floats.size();
     }
-    machine->Resize(&byte_, bytes, "a texture");
-    machine->Resize(&float_, floats, "a texture");
+    machine->ResizeExactly(&byte_, bytes, "a texture");
+    machine->ResizeExactly(&float_, floats, "a texture");
     std::vector<ImageLevelView> levels;
     bytes = floats = 0;
     for (int k = 0; k < image.levels(); ++k) {
@@ -68,7 +68,7 @@ class DeviceImage {
       bytes += level.bytes.size();
       floats += level.floats.size();
     }
-    machine->Resize(&level_, levels.size(), "a texture");
+    machine->ResizeExactly(&level_, levels.size(), "a texture");
     machine->Upload(&level_, 0, levels.data(), levels.size());
   }
 
@@ -86,6 +86,9 @@ class AppearancePass {
     return (MapsNormals(scene) ? sizeof(Vec3f) : 0) + OcclusionPass<Machine>::BytesPerSample(scene);
   }
 
+  static std::uint64_t WantedBatchBytes(const Scene& scene, std::uint64_t samples) {
+    return OcclusionPass<Machine>::WantedBatchBytes(scene, samples);
+  }
   // Bytes it takes for the scene itself: textures, and a tree of the cloud where rays are cast.
   static std::uint64_t SceneBytes(const Scene& scene) {
     const Appearance& a = scene.appearance;
@@ -232,7 +235,7 @@ class AppearancePass {
                  Machine* machine) {
     if (held_volume_.lock() != volume) {
       held_volume_.reset();
-      machine->Resize(&voxel_, volume->voxels.size(), "a three-dimensional texture");
+      machine->ResizeExactly(&voxel_, volume->voxels.size(), "a three-dimensional texture");
       machine->Upload(&voxel_, 0, volume->voxels.data(), volume->voxels.size());
       held_volume_ = volume;
     }

@@ -2,12 +2,14 @@
 // so far have asked for. Brought over once; of a cloud that moves, the parts that have changed.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "cuda/kernels/binning.h"
 #include "cuda/kernels/trace_params.h"
@@ -59,7 +61,7 @@ class DeviceCloud {
       });
     }
     if (own_threshold && (threshold_.size() == 0 || before.thresholds != now.thresholds)) {
-      machine->Resize(&threshold_, n, "thresholds");
+      machine->ResizeExactly(&threshold_, n, "thresholds");
       machine->Upload(&threshold_, 0, cloud->threshold.data(), n);
     } else if (before.thresholds != now.thresholds) {
       machine->Release(&threshold_);
@@ -78,7 +80,7 @@ class DeviceCloud {
   ChannelView View(const Channel& channel, Machine* machine) {
     Buffer<std::byte>& bytes = channels_[channel.name()];
     if (bytes.size() != channel.bytes().size()) {
-      machine->Resize(&bytes, channel.bytes().size(), "channels");
+      machine->ResizeExactly(&bytes, channel.bytes().size(), "channels");
       machine->Upload(&bytes, 0, channel.bytes().data(), channel.bytes().size());
     }
     ChannelView view = channel.view();
@@ -115,14 +117,25 @@ class DeviceCloud {
     std::uint64_t bytes = 0;
     const auto add = [&](const std::string& name) {
       const Channel* channel = cloud.FindChannel(name);
-      if (channel && !channels_.contains(name)) bytes += channel->bytes().size();
+      const auto held = channels_.find(name);
+      if (channel && (held == channels_.end() || held->second.size() == 0)) {
+        bytes += channel->bytes().size();
+      }
     };
-    for (const std::string& name : planes.channels) add(name);
-    for (const UvRequest& uv : planes.uv) {
-      add(uv.channel);
-      for (const int axis : {0, 1}) add(UvGradientName(uv.channel, axis));
-    }
+    for (const std::string& name : NamesOf(planes)) add(name);
     return bytes;
+  }
+  // Gives the channels back that the planes do not ask for.
+  void ReleaseChannelsBut(const Planes& planes, Machine* machine) {
+    const std::vector<std::string> kept = NamesOf(planes);
+    for (auto it = channels_.begin(); it != channels_.end();) {
+      if (std::find(kept.begin(), kept.end(), it->first) != kept.end()) {
+        ++it;
+      } else {
+        machine->Release(&it->second);
+        it = channels_.erase(it);
+      }
+    }
   }
   // What Use would take at most.
   static std::uint64_t BytesFor(const Cloud& cloud) {
@@ -133,6 +146,15 @@ class DeviceCloud {
  private:
   template <class T>
   using Buffer = typename Machine::template Buffer<T>;
+
+  static std::vector<std::string> NamesOf(const Planes& planes) {
+    std::vector<std::string> names = planes.channels;
+    for (const UvRequest& uv : planes.uv) {
+      names.push_back(uv.channel);
+      for (const int axis : {0, 1}) names.push_back(UvGradientName(uv.channel, axis));
+    }
+    return names;
+  }
 
   void Forget(Machine* machine) {
     cloud_.reset();

@@ -23,10 +23,14 @@
 
 namespace sherd {
 
-// Throws DeviceError naming the call. The error is cleared where CUDA lets it be.
+// Throws DeviceError naming the call; ResourceError where memory is short, which a launch may want
+// too. The error is cleared where CUDA lets it be.
 inline void CheckCuda(cudaError_t code, const std::string& call) {
   if (code == cudaSuccess) return;
   cudaGetLastError();
+  if (code == cudaErrorMemoryAllocation) {
+    throw ResourceError("the GPU's memory is full: " + call, 0, 0);
+  }
   throw DeviceError(call, static_cast<int>(code), cudaGetErrorString(code));
 }
 
@@ -164,6 +168,8 @@ class DeviceMachine {
   // The host's thread may be another one than last time.
   void BeginFrame(std::stop_token stop, int) {
     CheckCuda(cudaSetDevice(device_), "cudaSetDevice");
+    // What another renderer's end left in this thread is no fault of this one's first launch.
+    cudaGetLastError();
     stop_ = std::move(stop);
     timed_ = 0;
   }
@@ -223,7 +229,7 @@ class DeviceMachine {
   // Through two pinned pieces in turn: one is made while the GPU fetches the other.
   template <class T, class Make>
   void Fill(Buffer<T>* buffer, std::size_t n, int threads, const char* what, const Make& make) {
-    Resize(buffer, n, what);
+    ResizeExactly(buffer, n, what);
     constexpr std::size_t kPiece = kPieceBytes / sizeof(T);
     constexpr std::size_t kPart = kPiece / 16;
     int piece = 0;
@@ -259,6 +265,7 @@ class DeviceMachine {
     };
     fetch(0, 0);
     for (int y = 0, piece = 0; y < height; y += rows, piece ^= 1) {
+      ThrowIfStopped();
       if (y + rows < height) fetch(y + rows, piece ^ 1);
       CheckCuda(cudaEventSynchronize(fetched_[piece].get()), LastWork());
       const int count = std::min(rows, height - y);
@@ -365,6 +372,8 @@ class DeviceMachine {
     if (n > buffer->capacity_) {
       const std::uint64_t exact = n * sizeof(T);
       Release(buffer);
+      // Room to grow must not take what is kept free.
+      if (capacity * sizeof(T) > AvailableBytes()) capacity = n;
       cudaError_t code = cudaMalloc(reinterpret_cast<void**>(&buffer->data_), capacity * sizeof(T));
       if (code == cudaErrorMemoryAllocation) {
         cudaGetLastError();
@@ -427,7 +436,7 @@ class DeviceMachine {
   int device_;
   OnDevice on_device_{device_};
   CudaStream stream_;
-  std::array<CudaEvent, 5> marks_;
+  std::array<CudaEvent, 4> marks_;
   std::array<CudaEvent, 2> fetched_;  // the last copy to or from each of the pieces
   PinnedMemory small_{kSmallBytes};
   std::array<PinnedMemory, 2> pieces_{PinnedMemory(kPieceBytes), PinnedMemory(kPieceBytes)};

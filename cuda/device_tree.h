@@ -39,7 +39,7 @@ class DeviceTree {
     cloud_.reset();
     if (moved) {
       const std::vector<std::uint32_t> order = TreeOrder(*cloud, threads);
-      machine->Resize(&order_, order.size(), "a tree's order");
+      machine->ResizeExactly(&order_, order.size(), "a tree's order");
       machine->Upload(&order_, 0, order.data(), order.size());
     }
     Build(metaballs, machine);
@@ -73,8 +73,8 @@ class DeviceTree {
     std::size_t boxes = 0;
     for (const std::size_t count : counts) boxes += Sixteens(count) * kWidth;
     const std::size_t padded = counts[0] * kWidth;
-    machine->Resize(&metaballs_, 4 * padded, "a tree's metaballs");
-    machine->Resize(&boxes_, 6 * boxes, "a tree's boxes");
+    machine->ResizeExactly(&metaballs_, 4 * padded, "a tree's metaballs");
+    machine->ResizeExactly(&boxes_, 6 * boxes, "a tree's boxes");
 
     view_ = {};
     view_.order = order_.size() > 0 ? order_.data() : nullptr;

@@ -58,7 +58,12 @@ class FramePipeline {
       control.ThrowIfStopped();
       machine_.BeginFrame(control.stop, settings.threads);
       const auto upload = std::chrono::steady_clock::now();
-      UseCloud(scene, settings.threads);
+      try {
+        UseCloud(scene, settings.threads);
+      } catch (const ResourceError&) {
+        ReleaseFrame();  // of earlier pictures
+        UseCloud(scene, settings.threads);
+      }
       frame.stats.seconds_prepare = SecondsSince(upload);
       RenderInMemory(scene, camera, settings, control, &frame);
       kernels::TraceCounts counts;
@@ -120,6 +125,7 @@ class FramePipeline {
     const RenderStats before = frame->stats;
     most_pixels_ = frame->color.size();
     for (bool again = false;; again = true) {
+      region_pixels_ = most_pixels_;
       try {
         RenderAll(scene, camera, settings, control, frame);
         return;
@@ -127,6 +133,7 @@ class FramePipeline {
         // Buffers of earlier frames, of other sizes, may hold what this one needs; and what a part
         // of it needs is known to a few per cent only.
         ReleaseFrame();
+        cloud_.ReleaseChannelsBut(PlanesNeeded(scene, settings.planes), &machine_);
         frame->stats = before;
         if (!again) continue;
         most_pixels_ = std::min(most_pixels_, region_pixels_) / 2;
@@ -218,7 +225,11 @@ class FramePipeline {
     std::uint64_t needed = cloud_.Bytes() + cloud_.MissingBytes(*job.scene.cloud, job.planes) +
                            cloud_.size() * Lists::kBytesPerMetaball + tiles * Lists::kBytesPerTile +
                            PlaneBytes(job, region);
-    if (job.deferred) needed += AppearancePass<Machine>::SceneBytes(job.scene);
+    if (job.deferred) {
+      using Pass = AppearancePass<Machine>;
+      needed +=
+          Pass::SceneBytes(job.scene) + Pass::WantedBatchBytes(job.scene, held.pixels() * n * n);
+    }
     // Sorting and scanning want a little room of their own.
     const auto fits = [&](std::uint64_t bytes) {
       if (bytes <= held_ && appearance_.BatchBytes() == 0) return true;

@@ -206,7 +206,7 @@ class HostMachine {
   kernels::ThreadOrder order_;
   int threads_ = 0;
   std::stop_token stop_;
-  std::array<Clock::time_point, 5> marks_{};
+  std::array<Clock::time_point, 4> marks_{};
   std::vector<KernelTime> times_;
 };
 

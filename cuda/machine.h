@@ -17,7 +17,7 @@
 //   ForEachBlock(name, n, program)      program(block) for each of n blocks (block.h)
 //   SortPairs(&keys, &values, n, bits)  stable, by the low `bits` of the keys
 //   ExclusiveSum(in, &out, n)           32-bit counts to 64-bit offsets
-//   Mark(stage)                         the frame's clock, read by Milliseconds(stage)
+//   Mark(stage)                         the frame's clock, read by Seconds(from, to)
 //
 // All calls are queued in order; errors are thrown (DeviceError, ResourceError).
 #pragma once
@@ -36,7 +36,7 @@ struct SortBuffer {
 };
 
 // The parts of a frame that are timed.
-enum class FrameStage { kBegin, kPrepared, kBinned, kTraced, kEnd };
+enum class FrameStage { kBegin, kBinned, kTraced, kEnd };
 
 // A kernel or library call and what it took.
 struct KernelTime {

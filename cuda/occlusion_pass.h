@@ -42,6 +42,14 @@ class OcclusionPass {
     const bool casts = a.shadows.enabled || a.occlusion.enabled;
     return casts ? DeviceTree<Machine>::BytesFor(scene.cloud->size()) : 0;
   }
+  // Bytes of batches that do not make the work tedious, for so many samples.
+  static std::uint64_t WantedBatchBytes(const Scene& scene, std::uint64_t samples) {
+    const Appearance& a = scene.appearance;
+    if (!a.shadows.enabled && !a.occlusion.enabled) return 0;
+    constexpr std::uint64_t kPlenty = std::uint64_t{256} << 20;
+    const int directions = a.occlusion.enabled ? a.occlusion.directions : 1;
+    return std::min(kPlenty, samples * static_cast<std::uint64_t>(directions) * 2 * kBytesPerRay);
+  }
   // Bytes that are held for batches, and may be given back between frames or their parts.
   std::uint64_t BatchBytes() const {
     return count_.bytes() + offset_.bytes() + occluded_.bytes() + entry_.bytes();
@@ -60,12 +68,13 @@ class OcclusionPass {
     const Scene& scene = context.scene;
     const Appearance& a = scene.appearance;
     if (!a.shadows.enabled && !a.occlusion.enabled) return;
-    const SupportTreeView tree = tree_.Use(scene.cloud, rays.metaballs, context.threads, machine);
     const auto casts = [&a](const PreparedLight& light) {
       return a.shadows.enabled && light.kind != PreparedLight::Kind::kViewer;
     };
     const std::vector<Vec3d> directions = AmbientDirections(a.occlusion);
     const auto casting = static_cast<std::uint64_t>(std::ranges::count_if(*lights, casts));
+    if (casting == 0 && !a.occlusion.enabled) return;
+    const SupportTreeView tree = tree_.Use(scene.cloud, rays.metaballs, context.threads, machine);
     machine->Resize(&visible_, casting * samples, "shadows");
     machine->Resize(&direction_, directions.size(), "directions");
     machine->Upload(&direction_, 0, directions.data(), directions.size());
@@ -161,7 +170,7 @@ class OcclusionPass {
     if (needed_ > batch_room_) return false;
     machine->Resize(&entry_, entries, "shadow rays");
     machine->ForEach("ListOnRays", rays,
-                     kernels::ListOnRays{part, tree, offset_.data(), entry_.data()});
+                     kernels::ListOnRays{part, tree, offset_.data(), entry_.data(), count_.data()});
     March(context, part, machine);
     return true;
   }
@@ -173,8 +182,8 @@ class OcclusionPass {
     const auto launch = [&]<ThresholdMode kMode, class Real, class Shape>() {
       machine->ForEach(
           "MarchRays", part.rays(),
-          kernels::MarchRays<kMode, Real, Shape>{part, shape, offset_.data(), entry_.data(),
-                                                 occluded_.data(), context.counts});
+          kernels::MarchRays<kMode, Real, Shape>{part, shape, offset_.data(), count_.data(),
+                                                 entry_.data(), occluded_.data(), context.counts});
     };
     switch (context.scene.surface.mode) {
       case kUniform:

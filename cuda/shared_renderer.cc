@@ -116,6 +116,10 @@ class SharedRenderer final : public Renderer {
                const Control& control) override {
     CheckRenderInput(scene, camera, settings);
     const auto begin = std::chrono::steady_clock::now();
+    // What did not fit may have been another program's memory, or a picture larger than this one.
+    for (Member& member : members_) {
+      if (--member.pictures_to_sit_out <= 0) member.too_large.reset();
+    }
     if (AbleTo(scene).empty()) {
       for (Member& member : members_) member.too_large.reset();
     }
@@ -148,11 +152,14 @@ class SharedRenderer final : public Renderer {
   }
 
  private:
+  static constexpr int kPicturesToSitOut = 60;
+
   struct Member {
     std::unique_ptr<Renderer> renderer;
     bool lost = false;
     // What did not fit in its memory, and how it said so.
     std::weak_ptr<const Cloud> too_large;
+    int pictures_to_sit_out = 0;
     double too_large_scale = 0;
     std::string refusal;
 
@@ -272,6 +279,7 @@ class SharedRenderer final : public Renderer {
         band.member->lost = true;
       } catch (const ResourceError& error) {
         band.member->too_large = picture->scene.cloud;
+        band.member->pictures_to_sit_out = kPicturesToSitOut;
         band.member->too_large_scale = picture->scene.surface.radius_scale;
         band.member->refusal = error.what();
         last_refusal_ = band.error;
@@ -291,7 +299,7 @@ class SharedRenderer final : public Renderer {
   static void Take(Band* band, Frame* whole) {
     RenderStats stats = whole->stats;
     if (band->rows.count == whole->height) {
-      *whole = std::move(band->frame);
+      band->member->renderer->Recycle(std::exchange(*whole, std::move(band->frame)));
     } else {
       PutRows(band->frame, band->rows.y0, whole);
       band->member->renderer->Recycle(std::move(band->frame));

@@ -92,8 +92,9 @@ Frame MakeFrame(const Camera& camera, const Planes& planes, Frame spare, FrameCo
   frame.height = camera.height;
   const std::size_t n = static_cast<std::size_t>(camera.width) * camera.height;
   const auto make = [&](bool wanted, auto background, auto* old, auto* plane) {
+    if (wanted && old->capacity() >= n) *plane = std::move(*old);
+    *old = {};  // too small, or not needed: not held beside the new one
     if (!wanted) return;
-    if (old->capacity() >= n) *plane = std::move(*old);
     if (content == FrameContent::kAnything) {
       plane->resize(n);
     } else {

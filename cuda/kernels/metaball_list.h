@@ -11,13 +11,13 @@
 namespace sherd::kernels {
 
 // What TileList has, over the device's arrays; what it lists is added below.
-struct ListedMetaballs {
+struct MetaballsInArrays {
   MetaballArrays metaballs;
   int count = 0;
   double uniform_threshold = 0.7;
   double threshold_scale = 1.0;
 
-  SHERD_HD explicit ListedMetaballs(const MetaballArrays& all)
+  SHERD_HD explicit MetaballsInArrays(const MetaballArrays& all)
       : metaballs(all),
         uniform_threshold(all.uniform_threshold),
         threshold_scale(all.threshold_scale) {}
@@ -34,13 +34,13 @@ struct ListedMetaballs {
 };
 
 // A screen tile's list.
-struct ScreenTileList : ListedMetaballs {
+struct ScreenTileList : MetaballsInArrays {
   const std::uint32_t* entry = nullptr;  // metaballs in depth order
   const std::uint32_t* front = nullptr;  // by metaball: OrderedBits of the front distance
 
   SHERD_HD ScreenTileList(const MetaballArrays& all, const std::uint32_t* own_entry, int own_count,
                           const std::uint32_t* all_fronts)
-      : ListedMetaballs(all), entry(own_entry), front(all_fronts) {
+      : MetaballsInArrays(all), entry(own_entry), front(all_fronts) {
     count = own_count;
   }
   SHERD_HD std::uint32_t MetaballAt(int k) const { return entry[k]; }
@@ -48,11 +48,11 @@ struct ScreenTileList : ListedMetaballs {
 };
 
 // One ray's own list.
-struct RayList : ListedMetaballs {
+struct RayList : MetaballsInArrays {
   const TileEntry* entry = nullptr;  // nearest front first
 
   SHERD_HD RayList(const MetaballArrays& all, const TileEntry* own_entry, int own_count)
-      : ListedMetaballs(all), entry(own_entry) {
+      : MetaballsInArrays(all), entry(own_entry) {
     count = own_count;
   }
   SHERD_HD std::uint32_t MetaballAt(int k) const { return entry[k].metaball; }

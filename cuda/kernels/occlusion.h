@@ -47,7 +47,8 @@ struct RayBatch {
   // False where there is no ray to cast.
   SHERD_HD bool RayAt(std::uint64_t idx, OcclusionRay* ray) const {
     const std::size_t sample = SampleOf(idx);
-    if (!(depth[sample] > 0.0f)) return false;
+    // A surface that lies on the rim of all supports may be nobody's.
+    if (!(depth[sample] > 0.0f) || id[sample] < 0) return false;
     const int x = static_cast<int>(sample % camera.width);
     const int y = static_cast<int>(sample / camera.width);
     const double radius =
@@ -78,19 +79,28 @@ struct CountOnRays {
   }
 };
 
+// Two kernels may round the same walk differently: what is listed is never more than was counted,
+// and how many it is is written down.
 struct ListOnRays {
   static constexpr int kThreads = 128, kBlocksPerMultiprocessor = 8;  // 64 registers
 
   RayBatch batch;
   SupportTreeView tree;
-  const std::uint64_t* offsets;
+  const std::uint64_t* offsets;  // rays + 1
   TileEntry* entries;
+  std::uint32_t* counts;  // a ray; of the entries listed
 
   SHERD_HD void operator()(std::uint64_t idx) const {
-    TileEntry* next = entries + offsets[idx];
+    const std::uint64_t room = offsets[idx + 1] - offsets[idx];
+    TileEntry* const list = entries + offsets[idx];
+    std::uint32_t count = 0;
     OcclusionRay ray;
-    if (!batch.RayAt(idx, &ray)) return;
-    ForEachOnRay(tree, ray, [&](const TileEntry& entry) { *next++ = entry; });
+    if (room > 0 && batch.RayAt(idx, &ray)) {
+      ForEachOnRay(tree, ray, [&](const TileEntry& entry) {
+        if (count < room) list[count++] = entry;
+      });
+    }
+    counts[idx] = count;
   }
 };
 
@@ -132,14 +142,15 @@ struct MarchRays {
 
   RayBatch batch;
   DensityShape shape;
-  const std::uint64_t* offsets;  // rays + 1
+  const std::uint64_t* offsets;
+  const std::uint32_t* listed;  // entries a ray
   TileEntry* entries;
   std::uint8_t* occluded;  // a ray
   TraceCounts* counts;
 
   SHERD_HD void operator()(std::uint64_t idx) const {
     const std::uint64_t begin = offsets[idx];
-    const auto count = static_cast<int>(offsets[idx + 1] - begin);
+    const auto count = static_cast<int>(listed[idx]);
     occluded[idx] = 0;
     OcclusionRay ray;
     if (count == 0 || !batch.RayAt(idx, &ray)) return;

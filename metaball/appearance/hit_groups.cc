@@ -70,7 +70,8 @@ void ForEachHitGroup(const Scene& scene, const Camera& camera, const Frame& fram
         if (x >= frame.width || y >= frame.height) continue;
         const std::size_t pixel = static_cast<std::size_t>(y) * frame.width + x;
         const double depth = frame.depth[pixel];
-        if (!(depth > 0)) continue;
+        // A surface that lies on the rim of all supports may be nobody's.
+        if (!(depth > 0) || frame.id[pixel] < 0) continue;
         const double radius =
             static_cast<double>(cloud.RadiusOf(frame.id[pixel])) * scene.surface.radius_scale;
         tile.push_back(
