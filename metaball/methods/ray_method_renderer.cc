@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "metaball/appearance/deferred.h"
 #include "metaball/error.h"
 #include "metaball/frame_work.h"
 #include "metaball/methods/hit_pixel.h"
@@ -25,7 +26,13 @@ class RayMethodRenderer final : public Renderer {
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
+    if (NeedsDeferredPasses(scene)) {
+      return RenderDeferred(this, scene, camera, settings, control);
+    }
     CheckRenderInput(scene, camera, settings);
+    if (settings.planes.NeedGather()) {
+      throw Error("this method sums up no channels and no other planes than its own");
+    }
     const MethodSurface surface = MethodSurfaceOf(scene);
     method_->Prepare(surface);
     if (settings.supersample > 1) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "metaball/appearance/deferred.h"
 #include "metaball/error.h"
 #include "metaball/frame_work.h"
 #include "metaball/local_view.h"
@@ -75,7 +76,13 @@ class ThesisRenderer final : public Renderer {
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
+    if (NeedsDeferredPasses(scene)) {
+      return RenderDeferred(this, scene, camera, settings, control);
+    }
     CheckRenderInput(scene, camera, settings);
+    if (settings.planes.NeedGather()) {
+      throw Error("the thesis's method sums up no channels and no other planes than its own");
+    }
     if (settings.supersample > 1) {
       return RenderSupersampled(this, scene, camera, settings, control);
     }

@@ -11,6 +11,7 @@
 #include "datasets_synthetic/peer_scenes.h"
 #include "metaball/error.h"
 #include "metaball/frame_difference.h"
+#include "metaball/thesis/thesis_renderer.h"
 #include "test_scenes.h"
 
 namespace sherd {
@@ -415,6 +416,27 @@ TEST(Methods, RefuseWhatTheyCannotDo) {
   scene.surface.density = ParseDensity("trigonometric:7,1");
   for (const Method method : AllMethods()) {
     EXPECT_THROW(RenderBy(method, scene, testing::FrontCamera()), Error) << NameOf(method);
+  }
+}
+
+TEST(Methods, DrawAnAppearanceOrSayThatTheyCannot) {
+  PeerScene peer = MakeHeightField(2500, 96, 54);
+  const auto method = MakeMethodRenderer(Method::kFixedMarch, {});
+  const auto thesis = MakeThesisRenderer();
+  for (Renderer* renderer : {method.get(), thesis.get()}) {
+    Scene scene = peer.scene;
+    const Frame plain = renderer->Render(scene, peer.camera, {});
+    scene.appearance.lights = {Light{.kind = LightKind::kDirectional, .to_light = {1, 0.2, 0.3}}};
+    scene.appearance.shadows.enabled = true;
+    const Frame lit = renderer->Render(scene, peer.camera, {});
+    std::size_t changed = 0;
+    for (std::size_t i = 0; i < lit.color.size(); ++i) {
+      changed += std::abs(lit.color[i].g - plain.color[i].g) > 0.05f;
+    }
+    EXPECT_GT(changed, 500u);
+    scene.appearance = {};
+    scene.appearance.color = ColorSource::kQuantity;  // needs a plane that these do not sum up
+    EXPECT_THROW(renderer->Render(scene, peer.camera, {}), Error);
   }
 }
 
