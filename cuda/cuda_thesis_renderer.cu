@@ -4,7 +4,6 @@
 #include <string>
 
 #include "cuda/device_machine.h"
-#include "cuda/device_query.h"
 #include "cuda/thesis_pipeline.h"
 
 namespace sherd {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "cuda/kernels/binning.h"
+#include "cuda/kernels/packed_color.h"
 #include "cuda/kernels/trace_params.h"
 #include "metaball/appearance/uv_gradients.h"
 #include "metaball/channel.h"
@@ -55,10 +56,8 @@ class DeviceCloud {
       wide_radii_ = HasWideRadii(*cloud);
     }
     if (!same || before.colors != now.colors) {
-      machine->Fill(&color_, cloud->color.size(), threads, "colours", [&](std::size_t i) {
-        const Rgb8 c = cloud->color[i];
-        return c.r | static_cast<std::uint32_t>(c.g) << 8 | static_cast<std::uint32_t>(c.b) << 16;
-      });
+      machine->Fill(&color_, cloud->color.size(), threads, "colours",
+                    [&](std::size_t i) { return kernels::PackColor(cloud->color[i]); });
     }
     if (own_threshold && (threshold_.size() == 0 || before.thresholds != now.thresholds)) {
       machine->ResizeExactly(&threshold_, n, "thresholds");

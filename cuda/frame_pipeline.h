@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -25,6 +24,7 @@
 #include "metaball/local_view.h"
 #include "metaball/precision.h"
 #include "metaball/renderer.h"
+#include "metaball/stopwatch.h"
 #include "metaball/supersample.h"
 
 namespace sherd {
@@ -46,7 +46,7 @@ class FramePipeline {
                const Control& control) {
     CheckRenderInput(scene, camera, settings);
     if (NeedsDeferredPasses(scene)) CheckAppearance(scene);
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch total;
     const auto content = scene.cloud->empty() ? FrameContent::kBackground : FrameContent::kAnything;
     Frame frame = MakeFrame(camera, settings.planes, std::exchange(spare_, {}), content);
     if (settings.planes.NeedGather()) AllocateGatherPlanes(*scene.cloud, settings.planes, &frame);
@@ -57,14 +57,14 @@ class FramePipeline {
     if (!scene.cloud->empty()) {
       control.ThrowIfStopped();
       machine_.BeginFrame(control.stop, settings.threads);
-      const auto upload = std::chrono::steady_clock::now();
+      const Stopwatch upload;
       try {
         UseCloud(scene, settings.threads);
       } catch (const ResourceError&) {
         ReleaseFrame();  // of earlier pictures
         UseCloud(scene, settings.threads);
       }
-      frame.stats.seconds_prepare = SecondsSince(upload);
+      frame.stats.seconds_prepare = upload.Seconds();
       RenderInMemory(scene, camera, settings, control, &frame);
       kernels::TraceCounts counts;
       machine_.Download(&counts, counts_, 1);
@@ -79,7 +79,7 @@ class FramePipeline {
       frame.stats.bytes = machine_.ReservedBytes() - cloud_.Bytes();
       machine_.EndFrame();
     }
-    frame.stats.seconds_total = SecondsSince(begin);
+    frame.stats.seconds_total = total.Seconds();
     return frame;
   }
 
@@ -173,10 +173,6 @@ class FramePipeline {
     held_ = 0;
   }
 
-  static double SecondsSince(std::chrono::steady_clock::time_point begin) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  }
-
   void UseCloud(const Scene& scene, int threads) {
     const Cloud& cloud = *scene.cloud;
     if (!cloud_.Holds(scene.cloud)) {
@@ -193,10 +189,6 @@ class FramePipeline {
       if (needed > machine_.AvailableBytes()) ReleaseFrame();
     }
     cloud_.Use(scene, threads, &machine_);
-  }
-
-  static std::string Megabytes(std::uint64_t bytes) {
-    return std::to_string((bytes >> 20) + 1) + " MB";
   }
 
   // ---- a region of the picture ----------------------------------------------------------------

@@ -35,6 +35,11 @@ struct SortBuffer {
   B content, room;
 };
 
+// For people who are told what memory is short of.
+inline std::string Megabytes(std::uint64_t bytes) {
+  return std::to_string((bytes >> 20) + 1) + " MB";
+}
+
 // The parts of a frame that are timed.
 enum class FrameStage { kBegin, kBinned, kTraced, kEnd };
 

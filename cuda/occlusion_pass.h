@@ -9,6 +9,7 @@
 
 #include "cuda/device_tree.h"
 #include "cuda/kernels/occlusion.h"
+#include "cuda/machine.h"
 #include "metaball/appearance/light_pass.h"
 #include "metaball/appearance/light_view.h"
 #include "metaball/control.h"
@@ -208,8 +209,7 @@ class OcclusionPass {
   }
 
   [[noreturn]] void ThrowTooMany(Machine* machine) const {
-    throw ResourceError("the shadow rays of a single pixel need " +
-                            std::to_string((needed_ >> 20) + 1) + " MB of " +
+    throw ResourceError("the shadow rays of a single pixel need " + Megabytes(needed_) + " of " +
                             machine->memory_name() + "; draw with fewer directions or on the CPU",
                         needed_, machine->AvailableBytes());
   }

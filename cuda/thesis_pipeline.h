@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "cuda/cuda_thesis_renderer.h"
+#include "cuda/kernels/packed_color.h"
 #include "cuda/kernels/thesis_rays.h"
 #include "cuda/machine.h"
 #include "metaball/error.h"
@@ -149,19 +150,12 @@ class ThesisPipeline {
       const Vec3f c = cloud.center[i];
       spheres[k] = {c.x, c.y, c.z, cloud.RadiusOf(i)};
       if (!thresholds.empty()) thresholds[k] = cloud.threshold[i];
-      if (colors.empty()) continue;
-      const Rgb8 rgb = cloud.color[i];
-      colors[k] =
-          rgb.r | static_cast<std::uint32_t>(rgb.g) << 8 | static_cast<std::uint32_t>(rgb.b) << 16;
+      if (!colors.empty()) colors[k] = kernels::PackColor(cloud.color[i]);
     }
     Bring(&sphere_, std::span<const kernels::Sphere>(spheres), "metaballs");
     Bring(&threshold_, std::span<const float>(thresholds), "thresholds");
     Bring(&color_, std::span<const std::uint32_t>(colors), "colours");
     Bring(&srgb_table_, std::span<const float>(SrgbToLinearTable(), 256), "tables");
-  }
-
-  static std::string Megabytes(std::uint64_t bytes) {
-    return std::to_string((bytes >> 20) + 1) + " MB";
   }
 
   // ---- the picture ----------------------------------------------------------------------------

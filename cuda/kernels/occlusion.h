@@ -158,12 +158,7 @@ struct MarchRays {
     const RayList list(batch.metaballs, entries + begin, count);
     const RayD from{ray.origin + ray.direction * ray.begin, ray.direction};
     RayCounts own;
-    TileHit hit;
-    if constexpr (std::is_same_v<Shape, AnyShape>) {
-      hit = MarchTile<kMode, Real>(list, AnyShape{shape}, from, &own);
-    } else {
-      hit = MarchTile<kMode, Real>(list, Shape{}, from, &own);
-    }
+    const TileHit hit = MarchTile<kMode, Real>(list, ShapeFor<Shape>(shape), from, &own);
     occluded[idx] = hit.hit && hit.depth <= ray.end - ray.begin;
     if (own.unresolved != 0) {
       AtomicAdd(&counts->rare[TraceCounts::kUnresolved],

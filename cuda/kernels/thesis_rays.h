@@ -11,6 +11,7 @@
 
 #include "cuda/kernels/binning.h"
 #include "cuda/kernels/device_ops.h"
+#include "cuda/kernels/packed_color.h"
 #include "metaball/camera.h"
 #include "metaball/density/scalar_math.h"
 #include "metaball/frame.h"
@@ -45,7 +46,7 @@ struct ListedArrays {
   const Sphere* sphere = nullptr;           // radius_scale not yet applied
   const float* threshold = nullptr;         // null: the surface's
   const std::uint32_t* order = nullptr;     // indices into the cloud
-  const std::uint32_t* color = nullptr;     // r | g << 8 | b << 16, sRGB; null: uniform_color
+  const std::uint32_t* color = nullptr;     // PackColor; null: uniform_color
   const float* linear_from_srgb = nullptr;  // 256 values
   Vec3f uniform_color{};                    // linear
 };
@@ -61,10 +62,7 @@ struct ListedMetaballs : ListedArrays {
     return threshold ? static_cast<Real>(threshold[place]) : otherwise;
   }
   SHERD_HD Vec3f LinearColorOf(std::uint32_t place) const {
-    if (!color) return uniform_color;
-    const std::uint32_t c = color[place];
-    return {linear_from_srgb[c & 255], linear_from_srgb[c >> 8 & 255],
-            linear_from_srgb[c >> 16 & 255]};
+    return color ? UnpackColor(color[place], linear_from_srgb) : uniform_color;
   }
 };
 

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "cuda/kernels/binning.h"
 #include "cuda/kernels/device_ops.h"
+#include "cuda/kernels/packed_color.h"
 #include "metaball/camera.h"
 #include "metaball/frame.h"
 #include "metaball/scene.h"
@@ -58,7 +60,7 @@ struct TraceTraits {
 struct TraceParams {
   Camera camera;  // the region's samples; eye and orthographic scale in local units
   MetaballArrays metaballs;
-  const std::uint32_t* color = nullptr;     // r | g << 8 | b << 16, sRGB; null: uniform_color
+  const std::uint32_t* color = nullptr;     // PackColor; null: uniform_color
   const float* linear_from_srgb = nullptr;  // 256 values
   Vec3f uniform_color{};                    // linear
   const PixelBox16* box = nullptr;          // per metaball
@@ -85,12 +87,19 @@ struct TraceParams {
 
   // Linear light.
   SHERD_HD Vec3f ColorOf(std::uint32_t i) const {
-    if (!color) return uniform_color;
-    const std::uint32_t c = color[i];
-    return {linear_from_srgb[c & 0xff], linear_from_srgb[c >> 8 & 0xff],
-            linear_from_srgb[c >> 16 & 0xff]};
+    return color ? UnpackColor(color[i], linear_from_srgb) : uniform_color;
   }
 };
+
+// A scene's shape as the type that a kernel was compiled for.
+template <class Shape>
+SHERD_HD Shape ShapeFor(const DensityShape& shape) {
+  if constexpr (std::is_same_v<Shape, AnyShape>) {
+    return AnyShape{shape};
+  } else {
+    return Shape{};
+  }
+}
 
 template <class Real, bool kOwnRadius, bool kBlended>
 struct ColumnEntry {

@@ -87,14 +87,7 @@ struct TraceTile {
 
   TraceParams p;
 
-  // The scene's shape as the type this kernel was compiled for.
-  SHERD_HD Shape OwnShape() const {
-    if constexpr (std::is_same_v<Shape, AnyShape>) {
-      return AnyShape{p.shape};
-    } else {
-      return Shape{};
-    }
-  }
+  SHERD_HD Shape OwnShape() const { return ShapeFor<Shape>(p.shape); }
 
   // ---- geometry -------------------------------------------------------------------------------
 
