@@ -16,6 +16,7 @@
 #include "metaball/appearance/light_pass.h"
 #include "metaball/appearance/pseudo_color.h"
 #include "metaball/appearance/surface_pass.h"
+#include "metaball/cloud_version.h"
 #include "metaball/color.h"
 #include "metaball/scene.h"
 
@@ -110,12 +111,7 @@ class AppearancePass {
              Machine* machine) {
     const Appearance& a = scene.appearance;
     lights_ = PrepareLights(scene, camera);
-    if (a.color == ColorSource::kQuantity) {
-      quantity_ = MakeQuantityView(scene, camera);
-      machine->Resize(&map_, ColorMapView::kSteps + 1, "a colour map");
-      machine->Upload(&map_, 0, quantity_.map.table, ColorMapView::kSteps + 1);
-      quantity_.map.table = map_.data();
-    }
+    if (a.color == ColorSource::kQuantity) UseQuantity(scene, camera, machine);
     if (a.color == ColorSource::kTexture) {
       texture_view_ = texture_.Use(a.texture.image, linear_from_srgb, machine);
     }
@@ -163,7 +159,7 @@ class AppearancePass {
         machine->ForEach("ColorByVolume", n, kernels::ColorByVolume{at, volume_view_});
         break;
     }
-    if (scene.lighting.unlit) return;
+    if (scene.lighting.unlit && !planes.light) return;
     std::vector<PreparedLight> lights = lights_;
     LightView light = MakeLightView(scene, lights);
     kernels::RayBatch rays;
@@ -175,10 +171,11 @@ class AppearancePass {
     rays.metaballs = metaballs;
     rays.surface_radius_scale = scene.surface.radius_scale;
     machine->Resize(&light_, lights.size(), "lights");
-    occlusion_.Cast(context, rays, n, &lights, &light, machine);
+    if (!light.unlit) occlusion_.Cast(context, rays, n, &lights, &light, machine);
     machine->Upload(&light_, 0, lights.data(), lights.size());
     light.light = light_.data();
-    machine->ForEach("LightSurface", n, kernels::LightSurface{at, light, normals});
+    Vec3f* const out_light = planes.light ? samples->light.data() : nullptr;
+    machine->ForEach("LightSurface", n, kernels::LightSurface{at, light, normals, out_light});
   }
 
   void Release(Machine* machine) {
@@ -187,6 +184,7 @@ class AppearancePass {
     occlusion_.Release(machine);
     held_volume_.reset();
     machine->Release(&voxel_);
+    quantity_of_ = {};
     machine->Release(&map_);
     machine->Release(&light_);
     machine->Release(&mapped_);
@@ -231,6 +229,25 @@ class AppearancePass {
     return view;
   }
 
+  // The range of the colours goes through the cloud: not anew for each frame.
+  void UseQuantity(const Scene& scene, const Camera& camera, Machine* machine) {
+    const PseudoColor& pseudo = scene.appearance.pseudo;
+    const bool from_camera = pseudo.quantity == Quantity::kCameraDistance;
+    if (!quantity_of_.Is(scene.cloud) || pseudo_ != pseudo ||
+        pseudo_threshold_ != scene.surface.threshold ||
+        (from_camera && quantity_.eye != camera.eye)) {
+      quantity_of_ = {};
+      quantity_ = MakeQuantityView(scene, camera);
+      machine->Resize(&map_, ColorMapView::kSteps + 1, "a colour map");
+      machine->Upload(&map_, 0, quantity_.map.table, ColorMapView::kSteps + 1);
+      quantity_.map.table = map_.data();
+      quantity_of_ = CloudVersion(scene.cloud);
+      pseudo_ = pseudo;
+      pseudo_threshold_ = scene.surface.threshold;
+    }
+    quantity_.eye = camera.eye;
+  }
+
   void UseVolume(const std::shared_ptr<const VolumeTexture>& volume, const float* linear_from_srgb,
                  Machine* machine) {
     if (held_volume_.lock() != volume) {
@@ -246,10 +263,13 @@ class AppearancePass {
 
   // Of the frame in the making.
   std::vector<PreparedLight> lights_;
-  QuantityView quantity_;
   ImageView texture_view_, normal_map_view_;
   VolumeView volume_view_;
   // Kept between frames.
+  QuantityView quantity_;
+  CloudVersion quantity_of_;
+  PseudoColor pseudo_;
+  double pseudo_threshold_ = 0.0;
   DeviceImage<Machine> texture_, normal_map_;
   std::weak_ptr<const VolumeTexture> held_volume_;
   Buffer<Rgb8> voxel_;

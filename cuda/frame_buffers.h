@@ -42,6 +42,7 @@ class FrameBuffers {
   Buffer<float> depth;
   Buffer<Vec3f> normal;
   Buffer<std::int32_t> id;
+  Buffer<Vec3f> light;
   Buffer<float> weight, intensity;
   Buffer<Vec3f> influence;
   std::vector<ChannelBuffer> channels;
@@ -56,6 +57,7 @@ class FrameBuffers {
     reserve(&depth, planes.depth);
     reserve(&normal, planes.normal);
     reserve(&id, planes.id);
+    reserve(&light, planes.light);
     reserve(&weight, planes.weight);
     reserve(&intensity, planes.intensity);
     reserve(&influence, planes.influence);
@@ -129,6 +131,7 @@ class FrameBuffers {
     visit(a.depth, b.depth, 1);
     visit(a.normal, b.normal, 1);
     visit(a.id, b.id, 1);
+    visit(a.light, b.light, 1);
     visit(a.weight, b.weight, 1);
     visit(a.intensity, b.intensity, 1);
     visit(a.influence, b.influence, 1);

@@ -12,6 +12,7 @@
 #include "cuda/machine.h"
 #include "metaball/appearance/light_pass.h"
 #include "metaball/appearance/light_view.h"
+#include "metaball/cloud_version.h"
 #include "metaball/control.h"
 #include "metaball/error.h"
 #include "metaball/scene.h"
@@ -128,10 +129,9 @@ class OcclusionPass {
   // AmbientReach, which goes through the whole cloud where no distance is given: once for each.
   double ReachOf(const Scene& scene) {
     if (scene.appearance.occlusion.distance > 0) return AmbientReach(scene);
-    if (reach_of_.lock() != scene.cloud || reach_revisions_ != scene.cloud->revisions) {
+    if (!reach_of_.Is(scene.cloud)) {
       reach_ = AmbientReach(scene);
-      reach_of_ = scene.cloud;
-      reach_revisions_ = scene.cloud->revisions;
+      reach_of_ = CloudVersion(scene.cloud);
     }
     return reach_;
   }
@@ -214,8 +214,7 @@ class OcclusionPass {
                         needed_, machine->AvailableBytes());
   }
 
-  std::weak_ptr<const Cloud> reach_of_;
-  CloudRevisions reach_revisions_;
+  CloudVersion reach_of_;
   double reach_ = 0.0;
   std::uint64_t batch_room_ = 0;  // bytes
   std::uint64_t needed_ = 0;      // by the last batch

@@ -33,6 +33,7 @@ void PutRows(const Frame& band, int y0, Frame* whole) {
   put(band.depth, &whole->depth);
   put(band.normal, &whole->normal);
   put(band.id, &whole->id);
+  put(band.light, &whole->light);
   put(band.weight, &whole->weight);
   put(band.intensity, &whole->intensity);
   put(band.influence, &whole->influence);

@@ -28,7 +28,7 @@ class CpuRenderer final : public Renderer {
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
-    if (NeedsDeferredPasses(scene)) {
+    if (NeedsDeferredPasses(scene, settings.planes)) {
       return RenderDeferred(this, scene, camera, settings, control);
     }
     CheckRenderInput(scene, camera, settings);

@@ -6,9 +6,10 @@ namespace sherd {
 
 std::size_t Planes::BytesPerPixel() const {
   return sizeof(Pixel) + (depth ? sizeof(float) : 0) + (normal ? sizeof(Vec3f) : 0) +
-         (id ? sizeof(std::int32_t) : 0) + (weight ? sizeof(float) : 0) +
-         (intensity ? sizeof(float) : 0) + (influence ? sizeof(Vec3f) : 0) +
-         channels.size() * 4 * sizeof(float) + uv.size() * sizeof(SurfaceUv);
+         (id ? sizeof(std::int32_t) : 0) + (light ? sizeof(Vec3f) : 0) +
+         (weight ? sizeof(float) : 0) + (intensity ? sizeof(float) : 0) +
+         (influence ? sizeof(Vec3f) : 0) + channels.size() * 4 * sizeof(float) +
+         uv.size() * sizeof(SurfaceUv);
 }
 
 RenderStats& RenderStats::operator+=(const RenderStats& other) {
@@ -48,6 +49,7 @@ void Frame::Clear(int x0, int y0, int x1, int y1) {
     clear(&depth, 0.0f);
     clear(&normal, Vec3f{});
     clear(&id, -1);
+    clear(&light, Vec3f{});
     clear(&weight, 0.0f);
     clear(&intensity, 0.0f);
     clear(&influence, Vec3f{});

@@ -67,6 +67,9 @@ struct Frame {
   std::vector<float> depth;      // distance along the ray in world units, 0 where nothing is hit
   std::vector<Vec3f> normal;     // unit, world axes, towards the outside; zero where nothing is hit
   std::vector<std::int32_t> id;  // the metaball with the largest density at the hit; -1 for none
+  // What a hit's own colour is multiplied by, linear and before anything is cut off at 1: all
+  // lights, shadows and ambient occlusion; 1 in an unlit scene, zero where nothing is hit.
+  std::vector<Vec3f> light;
   // Further planes, each there only where it was asked for.
   std::vector<ChannelPlane> channels;
   std::vector<float> weight;     // F, the sum of the positive f, at the hit; 0 where none
@@ -89,7 +92,7 @@ struct UvRequest {
 
 // Which planes besides colour a caller wants; those left out cost nothing.
 struct Planes {
-  bool depth = false, normal = false, id = false;
+  bool depth = false, normal = false, id = false, light = false;
   bool weight = false, intensity = false, influence = false;
   std::vector<std::string> channels;  // of the cloud, by name, each once
   std::vector<UvRequest> uv;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "metaball/appearance/deferred.h"
+#include "metaball/cloud_version.h"
 #include "metaball/error.h"
 #include "metaball/level_of_detail.h"
 #include "metaball/supersample.h"
@@ -70,17 +71,15 @@ class LodRenderer final : public Renderer {
     if (planes.weight || planes.intensity || planes.influence || !planes.uv.empty()) {
       return "a plane is wanted that shows the single metaballs";
     }
-    if (NeedsDeferredPasses(scene)) return "the appearance looks at the single metaballs";
+    if (NeedsDeferredPasses(scene, {})) return "the appearance looks at the single metaballs";
     return {};
   }
 
   LevelsOfDetail& LevelsOf(const Scene& scene, int threads) {
-    if (!levels_ || cloud_.lock() != scene.cloud || revisions_ != scene.cloud->revisions ||
-        !SameSurface(surface_, scene.surface)) {
+    if (!levels_ || !cloud_.Is(scene.cloud) || !SameSurface(surface_, scene.surface)) {
       levels_.reset();
       levels_.emplace(*scene.cloud, scene.surface, threads);
-      cloud_ = scene.cloud;
-      revisions_ = scene.cloud->revisions;
+      cloud_ = CloudVersion(scene.cloud);
       surface_ = scene.surface;
     }
     return *levels_;
@@ -89,8 +88,7 @@ class LodRenderer final : public Renderer {
   std::unique_ptr<Renderer> inner_;
   double pixels_;
   std::optional<LevelsOfDetail> levels_;
-  std::weak_ptr<const Cloud> cloud_;
-  CloudRevisions revisions_;
+  CloudVersion cloud_;
   Surface surface_;
 };
 

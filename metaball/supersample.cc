@@ -106,9 +106,9 @@ Frame MakeFrame(const Camera& camera, const Planes& planes, Frame spare, FrameCo
     make(planes.depth, 0.0f, &spare.depth, &frame.depth);
     make(planes.normal, Vec3f{}, &spare.normal, &frame.normal);
     make(planes.id, -1, &spare.id, &frame.id);
+    make(planes.light, Vec3f{}, &spare.light, &frame.light);
   } catch (const std::bad_alloc&) {
-    const std::size_t bytes = n * (sizeof(Pixel) + (planes.depth ? sizeof(float) : 0) +
-                                   (planes.normal ? sizeof(Vec3f) : 0) + (planes.id ? 4 : 0));
+    const std::size_t bytes = n * planes.BytesPerPixel();
     throw ResourceError("a picture of " + std::to_string(camera.width) + " x " +
                             std::to_string(camera.height) + " pixels needs " +
                             std::to_string(bytes >> 20) + " MB of memory; render it in parts",
@@ -159,6 +159,7 @@ Frame RenderSupersampled(Renderer* renderer, const Scene& scene, const Camera& c
         if (!out.depth.empty()) out.depth[to] = fine.depth[from];
         if (!out.normal.empty()) out.normal[to] = fine.normal[from];
         if (!out.id.empty()) out.id[to] = fine.id[from];
+        if (!out.light.empty()) out.light[to] = fine.light[from];
       }
     }
   }

@@ -4,6 +4,7 @@
 #include <list>
 #include <memory>
 
+#include "metaball/appearance/light_view.h"
 #include "metaball/error.h"
 #include "metaball/local_view.h"
 #include "metaball/stopwatch.h"
@@ -357,8 +358,8 @@ void PhotographShader::SampleOn(std::unique_ptr<PhotoSampler> sampler) {
 }
 
 PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& surface,
-                                          const Camera& camera, const Lighting& lighting,
-                                          Frame* frame, const Control& control) {
+                                          const Camera& camera, Frame* frame,
+                                          const Control& control) {
   const Stopwatch watch;
   const std::size_t pixels = frame->color.size();
   if (frame->depth.size() != pixels || frame->normal.size() != pixels ||
@@ -383,7 +384,6 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
   const PhotoSelector selector(photos, depths, candidates);
   const SurfaceSampler& sampler = *known.sampler;
   const BackFaces backs(level, sampler, camera, *frame);
-  const FrameLight light = PrepareLight(lighting);
   const int columns = (frame->width + kSquare - 1) / kSquare;
   const int rows = (frame->height + kSquare - 1) / kSquare;
   for (int k = 0; k < columns * rows; ++k) {
@@ -415,14 +415,11 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
         if (!impl_->options.show_unseen) continue;
         color = LinearFromRgb8(kUnseenColor);
       }
-      const RayD ray = RayThrough(camera, pixel % static_cast<std::uint32_t>(frame->width) + 0.5,
-                                  pixel / static_cast<std::uint32_t>(frame->width) + 0.5);
-      const Vec3f lit =
-          sherd::Shade(light, color, frame->normal[pixel], (-ray.direction).cast<float>());
+      if (!frame->light.empty()) color = ColorInLight(color, frame->light[pixel]);
       Pixel& out = frame->color[pixel];
-      out.r = lit.x * out.a;
-      out.g = lit.y * out.a;
-      out.b = lit.z * out.a;
+      out.r = color.x * out.a;
+      out.g = color.y * out.a;
+      out.b = color.z * out.a;
     }
   }
   stats.photos_used = photos.used();

@@ -73,10 +73,10 @@ class PhotographShader {
   void SampleOn(std::unique_ptr<PhotoSampler> sampler);
 
   // `frame` must have been rendered from the level's cloud with `surface` by `camera`, with depth,
-  // normal and id planes. The light of `lighting` is applied to the photographs' colours. Throws
-  // Cancelled.
+  // normal and id planes. The photographs' colours are lit by the frame's light plane, and are left
+  // as they are where it has none. Throws Cancelled.
   PhotoShadingStats Shade(const Level& level, const Surface& surface, const Camera& camera,
-                          const Lighting& lighting, Frame* frame, const Control& control = {});
+                          Frame* frame, const Control& control = {});
 
  private:
   struct Impl;

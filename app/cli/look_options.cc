@@ -36,7 +36,14 @@ PhotoShadingOptions LookOptions::PhotoOptions(const Survey& survey) const {
 }
 
 void LookOptions::CheckPhotoOptions() const {
-  if (photo_colors()) return;
+  if (photo_colors()) {
+    const char* const other = !appearance.color_by.empty()  ? "--color-by"
+                              : !appearance.texture.empty() ? "--texture"
+                                                            : nullptr;
+    if (!other) return;
+    throw InputError("", "", std::string(other) + " and --color photo both colour the surface",
+                     "leave one of them out");
+  }
   const char* const given = !leave_out.empty() ? "--leave-out"
                             : show_unseen      ? "--show-unseen"
                             : as_shot          ? "--as-shot"

@@ -124,6 +124,7 @@ RenderStats RenderInBands(const PictureJob& job, const Camera& camera, int super
   const int scale = job.photographs ? n : 1;
   settings.supersample = job.photographs ? 1 : n;
   settings.planes.depth = settings.planes.normal = settings.planes.id = job.photographs != nullptr;
+  settings.planes.light = job.photographs && !job.lighting.unlit;
 
   RenderStats stats;
   const std::uint64_t rays_per_row = static_cast<std::uint64_t>(camera.width) * n * n;
@@ -138,7 +139,7 @@ RenderStats RenderInBands(const PictureJob& job, const Camera& camera, int super
     if (scale > 1) band_camera = band_camera.Resized(camera.width * scale, height * scale);
     Frame band = job.renderer->Render(scene, band_camera, settings, part);
     if (job.photographs) {
-      job.photographs->Shade(*job.level, job.surface, band_camera, job.lighting, &band, part);
+      job.photographs->Shade(*job.level, job.surface, band_camera, &band, part);
     }
     if (scale > 1) band = Reduced(band, scale);
     stats += band.stats;

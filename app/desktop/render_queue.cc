@@ -307,6 +307,7 @@ std::shared_ptr<RenderedView> RenderQueue::draw(const Task& task, const Control&
   RenderSettings settings;
   settings.planes.depth = settings.planes.id = true;
   settings.planes.normal = request.photos != nullptr;
+  settings.planes.light = request.photos && !request.lighting.unlit;
   if (task.stage == Stage::kSmooth) settings.supersample = request.final_supersample;
   view->samples = settings.supersample;
   Frame frame;
@@ -329,8 +330,7 @@ std::shared_ptr<RenderedView> RenderQueue::draw(const Task& task, const Control&
   tellDevice(task.pane);
   if (request.photos) {
     view->photo_stats = shaderFor(request.photos, rendererFor(task.pane))
-                            .Shade(*request.level, request.surface, view->camera, request.lighting,
-                                   &frame, control);
+                            .Shade(*request.level, request.surface, view->camera, &frame, control);
   }
   view->image = imageFromFrame(frame, request.background_srgb);
   view->depth = std::move(frame.depth);

@@ -18,20 +18,22 @@ PhotographRenderer::PhotographRenderer(Renderer* inner, const Survey& survey, co
 
 Frame PhotographRenderer::Render(const Scene& scene, const Camera& camera,
                                  const RenderSettings& settings, const Control& control) {
-  if (NeedsDeferredPasses(scene)) {
-    return RenderDeferred(this, scene, camera, settings, control);
-  }
+  if (scene.appearance.filter > 1) return RenderDeferred(this, scene, camera, settings, control);
   // Each of the finer picture's pixels looks into the photographs, then they are averaged.
   if (settings.supersample > 1) return RenderSupersampled(this, scene, camera, settings, control);
-  RenderSettings all_planes = settings;
-  all_planes.planes.depth = all_planes.planes.normal = all_planes.planes.id = true;
-  Frame frame = inner_->Render(scene, camera, all_planes, PartOf(control, 0, 0.5));
-  const PhotoShadingStats stats = shader_.Shade(*level_, scene.surface, camera, scene.lighting,
-                                                &frame, PartOf(control, 0.5, 1));
+  Scene without_photos = scene;
+  without_photos.appearance.color = ColorSource::kBlended;
+  RenderSettings all = settings;
+  all.planes.depth = all.planes.normal = all.planes.id = true;
+  all.planes.light |= !scene.lighting.unlit;
+  Frame frame = inner_->Render(without_photos, camera, all, PartOf(control, 0, 0.5));
+  const PhotoShadingStats stats =
+      shader_.Shade(*level_, scene.surface, camera, &frame, PartOf(control, 0.5, 1));
   frame.stats.seconds_total += stats.seconds;
   if (!settings.planes.depth) frame.depth = {};
   if (!settings.planes.normal) frame.normal = {};
   if (!settings.planes.id) frame.id = {};
+  if (!settings.planes.light) frame.light = {};
 
   stats_.pixels += stats.pixels;
   stats_.from_photos += stats.from_photos;

@@ -87,13 +87,17 @@ struct LightSurface {
   SurfaceSamples samples;
   LightView light;
   const Vec3f* mapped;  // normals
+  Vec3f* out_light;     // null where the plane is not asked for
 
   SHERD_HD void operator()(std::uint64_t sample) const {
     SurfaceHit point;
-    if (!samples.At(sample, &point)) return;
+    const bool hit = samples.At(sample, &point);
+    const Vec3f factor =
+        hit ? light.At(sample, point.position, mapped[sample], point.to_viewer) : Vec3f{};
+    if (out_light) out_light[sample] = factor;
+    if (!hit || light.unlit) return;
     const Pixel& c = samples.color[sample];
-    samples.SetColor(sample, light.Lit(sample, {c.r, c.g, c.b}, point.position, mapped[sample],
-                                       point.to_viewer));
+    samples.SetColor(sample, ColorInLight({c.r, c.g, c.b}, factor));
   }
 };
 

@@ -42,6 +42,7 @@ enum class Quantity {
 
 struct ColorRange {
   double lo = 0, hi = 1;  // lo < hi, finite
+  friend bool operator==(const ColorRange&, const ColorRange&) = default;
 };
 
 struct PseudoColor {
@@ -52,6 +53,7 @@ struct PseudoColor {
   int component = 0;                    // of that channel; -1: the length of its vector
   std::shared_ptr<const ColorMap> map;  // null: viridis
   std::optional<ColorRange> range;      // none: RangeOf (pseudo_color.h)
+  friend bool operator==(const PseudoColor&, const PseudoColor&) = default;
 };
 
 enum class TextureCoordinates {

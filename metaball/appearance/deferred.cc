@@ -68,7 +68,8 @@ void KeepPlanes(const Planes& wanted, Frame* frame) {
   frame->uv.resize(wanted.uv.size());
 }
 
-// Colours and lights every hit of a frame whose colours are the blended ones.
+// Colours and lights every hit of a frame whose colours are the blended ones; fills its light plane
+// where it has one.
 void ShadeFrame(const Scene& scene, const Camera& camera, int threads, const Control& control,
                 Frame* frame) {
   const Appearance& appearance = scene.appearance;
@@ -104,7 +105,9 @@ void ShadeFrame(const Scene& scene, const Camera& camera, int threads, const Con
           color = volume.At(point.position);
           break;
       }
-      color = light.view().Lit(pixel, color, point.position, normal, point.to_viewer);
+      const Vec3f factor = light.view().At(pixel, point.position, normal, point.to_viewer);
+      if (!frame->light.empty()) frame->light[pixel] = factor;
+      if (!scene.lighting.unlit) color = ColorInLight(color, factor);
       out = {color.x, color.y, color.z, out.a};
     }
   });
@@ -135,6 +138,7 @@ Frame RenderFiltered(Renderer* renderer, const Scene& scene, const Camera& camer
   crop(&frame.depth, 1);
   crop(&frame.normal, 1);
   crop(&frame.id, 1);
+  crop(&frame.light, 1);
   crop(&frame.weight, 1);
   crop(&frame.intensity, 1);
   crop(&frame.influence, 1);
@@ -148,17 +152,17 @@ Frame RenderFiltered(Renderer* renderer, const Scene& scene, const Camera& camer
 
 }  // namespace
 
-bool NeedsDeferredPasses(const Scene& scene) {
+bool NeedsDeferredPasses(const Scene& scene, const Planes& wanted) {
   const Appearance& a = scene.appearance;
   const bool lit = !scene.lighting.unlit;
-  return a.color != ColorSource::kBlended || a.filter != 1 ||
+  return wanted.light || a.color != ColorSource::kBlended || a.filter != 1 ||
          (lit &&
           (a.normal != NormalSource::kGradient || a.normal_map.source != NormalMapSource::kNone ||
            !a.lights.empty() || a.shadows.enabled || a.occlusion.enabled));
 }
 
 Planes PlanesNeeded(const Scene& scene, const Planes& wanted) {
-  if (!NeedsDeferredPasses(scene)) return wanted;
+  if (!NeedsDeferredPasses(scene, wanted)) return wanted;
   const Appearance& a = scene.appearance;
   Planes planes = wanted;
   planes.depth = planes.normal = true;
@@ -232,7 +236,9 @@ Frame RenderDeferred(Renderer* renderer, const Scene& scene, const Camera& camer
   plain.lighting.unlit = true;
   RenderSettings all = settings;
   all.planes = PlanesNeeded(scene, settings.planes);
+  all.planes.light = false;
   Frame frame = renderer->Render(plain, camera, all, control);
+  if (settings.planes.light) frame.light.assign(frame.color.size(), {});
   const Stopwatch watch;
   if (!scene.cloud->empty()) ShadeFrame(scene, camera, settings.threads, control, &frame);
   KeepPlanes(settings.planes, &frame);

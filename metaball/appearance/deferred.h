@@ -8,9 +8,9 @@
 
 namespace sherd {
 
-// Whether RenderDeferred must make the picture of this scene. A Renderer asks this first in its
+// Whether RenderDeferred must make these planes of this scene. A Renderer asks this first in its
 // Render, before supersampling, and calls RenderDeferred with itself.
-bool NeedsDeferredPasses(const Scene& scene);
+bool NeedsDeferredPasses(const Scene& scene, const Planes& wanted);
 
 // `wanted` and what the passes read.
 Planes PlanesNeeded(const Scene& scene, const Planes& wanted);

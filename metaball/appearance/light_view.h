@@ -26,11 +26,11 @@ struct LightView {
   int lights = 0;
   const float* ambient_share = nullptr;  // by pixel; null: 1
 
-  // min(1, C (ambient a + diffuse sum_i color_i intensity_i max(0, n . l_i) v_i)), a and v_i the
-  // shares of ambient light and of light i that reach the point; C itself in an unlit scene.
-  SHERD_HD Vec3f Lit(std::size_t pixel, const Vec3f& color, const Vec3d& point, const Vec3f& normal,
-                     const Vec3f& to_viewer) const {
-    if (unlit) return color;
+  // ambient a + diffuse sum_i color_i intensity_i max(0, n . l_i) v_i, a and v_i the shares of
+  // ambient light and of light i that reach the point; 1 in an unlit scene.
+  SHERD_HD Vec3f At(std::size_t pixel, const Vec3d& point, const Vec3f& normal,
+                    const Vec3f& to_viewer) const {
+    if (unlit) return {1, 1, 1};
     const float share = ambient_share ? ambient_share[pixel] : 1.0f;
     Vec3f factor = Vec3f{1, 1, 1} * (ambient * share);
     for (int k = 0; k < lights; ++k) {
@@ -44,9 +44,14 @@ struct LightView {
       const float cosine = Dot(normal, to_light);
       if (cosine > 0.0f) factor += from.strength * (diffuse * cosine);
     }
-    return {std::min(color.x * factor.x, 1.0f), std::min(color.y * factor.y, 1.0f),
-            std::min(color.z * factor.z, 1.0f)};
+    return factor;
   }
 };
+
+// A surface's own colour in this much light.
+SHERD_HD Vec3f ColorInLight(const Vec3f& color, const Vec3f& light) {
+  return {std::min(color.x * light.x, 1.0f), std::min(color.y * light.y, 1.0f),
+          std::min(color.z * light.z, 1.0f)};
+}
 
 }  // namespace sherd

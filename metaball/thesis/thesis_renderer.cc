@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "metaball/appearance/deferred.h"
+#include "metaball/cloud_version.h"
 #include "metaball/error.h"
 #include "metaball/frame_work.h"
 #include "metaball/local_view.h"
@@ -76,7 +77,7 @@ class ThesisRenderer final : public Renderer {
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) override {
-    if (NeedsDeferredPasses(scene)) {
+    if (NeedsDeferredPasses(scene, settings.planes)) {
       return RenderDeferred(this, scene, camera, settings, control);
     }
     CheckRenderInput(scene, camera, settings);
@@ -117,15 +118,11 @@ class ThesisRenderer final : public Renderer {
   void BuildOctree(const Scene& scene, const Control& control) {
     const Cloud& cloud = *scene.cloud;
     const double margin = ThesisMargin(LargestRadius(cloud), scene.surface);
-    if (built_for_ == scene.cloud && built_revisions_ == cloud.revisions &&
-        built_margin_ == margin) {
-      return;
-    }
-    built_for_ = nullptr;
+    if (built_for_.Is(scene.cloud) && built_margin_ == margin) return;
+    built_for_ = {};
     control.Report("building the octree", 0.0);
     octree_.Build(cloud, margin, options_.depth, control);
-    built_for_ = scene.cloud;
-    built_revisions_ = cloud.revisions;
+    built_for_ = CloudVersion(scene.cloud);
     built_margin_ = margin;
   }
 
@@ -174,8 +171,7 @@ class ThesisRenderer final : public Renderer {
 
   ThesisOptions options_;
   MortonOctree octree_;
-  std::shared_ptr<const Cloud> built_for_;
-  CloudRevisions built_revisions_;
+  CloudVersion built_for_;
   double built_margin_ = 0.0;
 };
 

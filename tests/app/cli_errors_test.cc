@@ -110,6 +110,7 @@ TEST_F(CliErrors, LevelsAndPhotographsThatAreNotThere) {
                 "need a project");
   ExpectFailure(RunSherd("render " + Q("cloud.ply") + " --color photo --out " + Q("a.png")), 2,
                 "need a project");
+  ExpectFailure(RunSherd(render + "--color photo --color-by z"), 2, "leave one of them out");
   ExpectFailure(RunSherd("import " + Q("ws") + " --project " + Q("q.sherd") + " --model 7"), 2,
                 "its models are 0");
   ExpectFailure(RunSherd("import " + Q("ws") + " --project " + Q("q.sherd") + " --dense"), 2, "ws");

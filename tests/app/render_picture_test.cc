@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "app/project/project.h"
+#include "cuda/host_loop.h"
+#include "metaball/appearance/box_filter.h"
 #include "metaball/error.h"
 #include "tests/app/test_workspace.h"
 
@@ -82,26 +86,36 @@ TEST(RenderPicture, CancelsBetweenStrips) {
   EXPECT_EQ(strips, 2);
 }
 
-TEST(RenderPicture, PhotographsShowWhatTheyShow) {
-  const std::string folder = testing::FreshFolder("project");
-  testing::WriteWorkspace(folder + "/ws", 4900);
-  ImportOptions options;
-  options.source = folder + "/ws";
-  Project project = ImportSurvey(options, folder + "/p.sherd");
-  BuildLevels(&project, {1000}, {});
-  const auto survey = project.LoadSurveyFromCache();
-  const auto level = project.LoadLevel("1k");
+// A cloth with photographs, as a level.
+struct Photographed {
+  std::shared_ptr<const Survey> survey;
+  std::shared_ptr<const Level> level;
   Scene scene;
-  scene.cloud = std::shared_ptr<const Cloud>(level, &level->cloud);
-  scene.surface.threshold = level->stats.threshold;
-  scene.lighting.unlit = true;
-  const Camera camera = testing::WavyCamera(2);
+  Camera camera = testing::WavyCamera(2);
+
+  Photographed() {
+    const std::string folder = testing::FreshFolder("project");
+    testing::WriteWorkspace(folder + "/ws", 4900);
+    ImportOptions options;
+    options.source = folder + "/ws";
+    Project project = ImportSurvey(options, folder + "/p.sherd");
+    BuildLevels(&project, {1000}, {});
+    survey = project.LoadSurveyFromCache();
+    level = project.LoadLevel("1k");
+    scene.cloud = std::shared_ptr<const Cloud>(level, &level->cloud);
+    scene.surface.threshold = level->stats.threshold;
+    scene.lighting.unlit = true;
+  }
+};
+
+TEST(RenderPicture, PhotographsShowWhatTheyShow) {
+  const Photographed cloth;
   const auto cpu = MakeCpuRenderer();
-  const Frame blended = cpu->Render(scene, camera, {});
-  PhotographRenderer renderer(cpu.get(), *survey, level.get());
+  const Frame blended = cpu->Render(cloth.scene, cloth.camera, {});
+  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level.get());
   RenderSettings settings;
   settings.supersample = 2;
-  const Frame shaded = renderer.Render(scene, camera, settings);
+  const Frame shaded = renderer.Render(cloth.scene, cloth.camera, settings);
   EXPECT_TRUE(shaded.normal.empty());
   EXPECT_GT(renderer.photo_stats().from_photos, shaded.stats.hits / 2);
 
@@ -120,6 +134,63 @@ TEST(RenderPicture, PhotographsShowWhatTheyShow) {
   };
   EXPECT_GT(pure(shaded), 0.65);
   EXPECT_GT(pure(shaded), pure(blended) + 0.1);
+}
+
+// Lights and shadows over the photographs' colours are cast where the surface is drawn.
+TEST(RenderPicture, LightsAndShadowsFallOnPhotographs) {
+  Photographed cloth;
+  const Camera& camera = cloth.camera;
+  RenderSettings settings;
+  settings.planes.light = true;
+  const auto cpu = MakeCpuRenderer();
+  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level.get());
+  const Frame unlit = renderer.Render(cloth.scene, camera, {});
+  EXPECT_TRUE(unlit.light.empty());
+  Light sun;
+  sun.kind = LightKind::kDirectional;
+  sun.to_light = {0.9, 0.1, 0.2};
+  cloth.scene.appearance.lights = {sun};
+  cloth.scene.appearance.shadows.enabled = true;
+  cloth.scene.lighting.unlit = false;
+  const Frame expected = cpu->Render(cloth.scene, camera, settings);
+  const auto check = [&](Renderer* inner) {
+    const Frame lit =
+        PhotographRenderer(inner, *cloth.survey, cloth.level.get()).Render(cloth.scene, camera, {});
+    EXPECT_TRUE(lit.light.empty() && lit.id.empty());
+    std::size_t hits = 0, off = 0;
+    for (std::size_t i = 0; i < lit.color.size(); ++i) {
+      if (unlit.color[i].a == 0) continue;
+      ++hits;
+      const float red = std::min(1.0f, unlit.color[i].r * expected.light[i].x);
+      off += !(std::abs(lit.color[i].r - red) < 2e-3f);
+    }
+    EXPECT_GT(hits, 3000u);
+    EXPECT_LE(off, hits / 500);
+  };
+  check(cpu.get());
+  check(MakeHostLoopRenderer().get());
+  const auto in_shadow = std::ranges::count_if(expected.light, [&](const Vec3f& light) {
+    return light.x == static_cast<float>(cloth.scene.lighting.ambient);
+  });
+  EXPECT_GT(in_shadow, 500);
+}
+
+TEST(RenderPicture, ThePhotographsColorsAreFiltered) {
+  Photographed cloth;
+  const auto cpu = MakeCpuRenderer();
+  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level.get());
+  Frame expected = renderer.Render(cloth.scene, cloth.camera, {});
+  BoxFilter(expected.width, expected.height, 3, &expected.color, 1);
+  cloth.scene.appearance.filter = 3;
+  const Frame filtered = renderer.Render(cloth.scene, cloth.camera, {});
+  double sum = 0;
+  for (int y = 1; y + 1 < expected.height; ++y) {
+    for (int x = 1; x + 1 < expected.width; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * expected.width + x;
+      sum += std::abs(filtered.color[i].g - expected.color[i].g);
+    }
+  }
+  EXPECT_LT(sum / static_cast<double>(expected.color.size()), 1e-3);
 }
 
 }  // namespace

@@ -221,9 +221,7 @@ int Run(int argc, char** argv) {
         if (color == "photo") {
           Surface surface;
           surface.threshold = level.stats.threshold;
-          Lighting unlit;
-          unlit.unlit = true;
-          stats = shader.Shade(level, surface, view.camera, unlit, &frame);
+          stats = shader.Shade(level, surface, view.camera, &frame);
         }
         std::vector<char> mask = view.mask;
         std::uint64_t inside = 0, hit = 0;

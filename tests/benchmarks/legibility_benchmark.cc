@@ -95,9 +95,7 @@ PhotoShadingStats ShadeLevel(const Survey& survey, const Level& level, const Cam
                              const PhotoShadingOptions& options, Frame* frame) {
   Surface surface;
   surface.threshold = level.stats.threshold;
-  Lighting unlit;
-  unlit.unlit = true;
-  return PhotographShader(survey, options).Shade(level, surface, camera, unlit, frame);
+  return PhotographShader(survey, options).Shade(level, surface, camera, frame);
 }
 
 // ---- The chart: a sheet of 2 x 2 world units in z = 0, its upper left corner at (-1, 1). --------

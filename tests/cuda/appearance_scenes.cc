@@ -267,7 +267,7 @@ std::shared_ptr<Cloud> MakeChannelCloud(double radius, double spread) {
 
 Planes EveryPlane() {
   Planes planes;
-  planes.depth = planes.normal = planes.id = true;
+  planes.depth = planes.normal = planes.id = planes.light = true;
   planes.weight = planes.intensity = planes.influence = true;
   planes.channels = {"four", "height", "direction", "pair"};
   planes.uv = {{"uv", true}};

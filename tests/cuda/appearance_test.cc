@@ -41,12 +41,20 @@ TEST_P(AppearanceCases, AreThoseOfTheCpu) {
   for (const int supersample : {1, 2}) {
     RenderSettings settings;
     settings.supersample = supersample;
+    settings.planes.light = true;
     const Frame cpu = MakeCpuRenderer()->Render(scene, feature.camera, settings);
     const Frame own = MakeHostLoopRenderer()->Render(scene, feature.camera, settings);
     ASSERT_EQ(own.color.size(), cpu.color.size());
     EXPECT_TRUE(own.depth.empty() && own.normal.empty() && own.channels.empty() && own.uv.empty());
     EXPECT_LE(PixelsOff(cpu, own, 0.01f),
               feature.colors_off * static_cast<double>(cpu.color.size()));
+    ASSERT_EQ(own.light.size(), cpu.light.size());
+    std::size_t light_off = 0;
+    for (std::size_t i = 0; i < cpu.light.size(); ++i) {
+      light_off += !(Length(cpu.light[i] - own.light[i]) < 0.01f);
+    }
+    EXPECT_LE(static_cast<double>(light_off),
+              feature.colors_off * static_cast<double>(cpu.light.size()));
     // It is not what is drawn without it.
     const Frame without = MakeCpuRenderer()->Render(plain, feature.camera, settings);
     EXPECT_GT(PixelsOff(own, without, 0.01f), 400u);
@@ -106,7 +114,8 @@ TEST(PipelineAppearance, OnceItDrawsMoreMemoryNeverRefuses) {
 TEST(PipelineAppearance, ShadowsFollowTheRadiusAndACloudThatLostItsOrder) {
   Scene scene = Named("shadows").scene;
   const Camera& camera = Named("shadows").camera;
-  const auto renderer = MakeHostLoopRenderer(), cpu = MakeCpuRenderer();
+  const auto renderer = MakeHostLoopRenderer();
+  const auto cpu = MakeCpuRenderer();
   const auto expect_as_cpu = [&] {
     const Frame own = renderer->Render(scene, camera, {});
     EXPECT_LE(PixelsOff(cpu->Render(scene, camera, {}), own, 0.01f), own.color.size() / 50);

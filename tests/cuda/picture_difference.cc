@@ -42,9 +42,9 @@ bool SameSize(const std::vector<T>& a, const std::vector<T>& b) {
 std::string DifferenceOfShape(const Frame& a, const Frame& b) {
   if (a.width != b.width || a.height != b.height || !SameSize(a.color, b.color)) return "size";
   bool same = SameSize(a.depth, b.depth) && SameSize(a.normal, b.normal) && SameSize(a.id, b.id) &&
-              SameSize(a.weight, b.weight) && SameSize(a.intensity, b.intensity) &&
-              SameSize(a.influence, b.influence) && SameSize(a.channels, b.channels) &&
-              SameSize(a.uv, b.uv);
+              SameSize(a.light, b.light) && SameSize(a.weight, b.weight) &&
+              SameSize(a.intensity, b.intensity) && SameSize(a.influence, b.influence) &&
+              SameSize(a.channels, b.channels) && SameSize(a.uv, b.uv);
   for (std::size_t k = 0; same && k < a.channels.size(); ++k) {
     const ChannelPlane &p = a.channels[k], &q = b.channels[k];
     same = p.name == q.name && p.components == q.components && SameSize(p.values, q.values);
@@ -57,6 +57,7 @@ std::string DifferenceOfShape(const Frame& a, const Frame& b) {
 
 bool PlanesApart(const Frame& a, const Frame& b, std::size_t i) {
   bool apart = (!a.normal.empty() && Apart(a.normal[i], b.normal[i], kNormal)) ||
+               (!a.light.empty() && Apart(a.light[i], b.light[i], kNormal)) ||
                (!a.weight.empty() && Apart(a.weight[i], b.weight[i], kWeight)) ||
                (!a.intensity.empty() && Apart(a.intensity[i], b.intensity[i], kWeight)) ||
                (!a.influence.empty() && Apart(a.influence[i], b.influence[i], kInfluence));

@@ -55,6 +55,7 @@ TEST(Planes, OnlyThoseThatAreAskedForAreThere) {
   const Frame first = renderer->Render(scene, camera, every);
   const Frame frame = renderer->Render(scene, camera, settings);
   EXPECT_TRUE(frame.depth.empty() && frame.weight.empty() && frame.influence.empty());
+  EXPECT_TRUE(frame.light.empty());
   EXPECT_TRUE(frame.channels.empty() && frame.uv.empty());
   EXPECT_EQ(frame.intensity, first.intensity);
   EXPECT_EQ(frame.intensity, renderer->Render(scene, camera, every).intensity);

@@ -100,7 +100,7 @@ TEST(SharedRenderer, JoinsEveryPlane) {
   RenderSettings settings;
   Planes& planes = settings.planes;
   planes.depth = planes.normal = planes.id = true;
-  planes.weight = planes.intensity = planes.influence = true;
+  planes.weight = planes.intensity = planes.influence = planes.light = true;
   planes.channels = {"relief"};
   planes.uv = {{"uv", false}};
   const Frame one = MakeCpuRenderer()->Render(field.scene, field.camera, settings);

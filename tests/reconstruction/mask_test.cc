@@ -38,10 +38,7 @@ struct PassedBoard : Board {
   }
   Frame Shaded(PhotoShadingStats* stats) const {
     Frame frame = Render(View());
-    Lighting unlit;
-    unlit.unlit = true;
-    *stats =
-        PhotographShader(survey, {.even_exposures = false}).Shade(level, {}, View(), unlit, &frame);
+    *stats = PhotographShader(survey, {.even_exposures = false}).Shade(level, {}, View(), &frame);
     return frame;
   }
 };

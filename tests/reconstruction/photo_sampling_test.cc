@@ -20,7 +20,7 @@ using test::Board;
 Frame Shaded(const Board& board, PhotographShader* shader, PhotoShadingStats* stats) {
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
-  *stats = shader->Shade(board.level, {}, camera, {}, &frame);
+  *stats = shader->Shade(board.level, {}, camera, &frame);
   return frame;
 }
 

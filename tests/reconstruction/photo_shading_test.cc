@@ -28,9 +28,7 @@ TEST(Shading, DetailFarFinerThanTheMetaballsIsThere) {
   Frame frame = board.Render(camera);
   EXPECT_GT(Board::Difference(frame, camera), 0.15) << "one colour a metaball shows no stripes";
   PhotographShader shader(board.survey);
-  Lighting unlit;
-  unlit.unlit = true;
-  const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, unlit, &frame);
+  const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, &frame);
   EXPECT_LT(Board::Difference(frame, camera), 0.03);
   EXPECT_EQ(stats.pixels, 400u * 300);
   EXPECT_EQ(stats.from_photos, stats.pixels);
@@ -39,7 +37,7 @@ TEST(Shading, DetailFarFinerThanTheMetaballsIsThere) {
   EXPECT_TRUE(stats.warnings.empty());
   // Once more, from what is held, the same.
   Frame again = board.Render(camera);
-  shader.Shade(board.level, {}, camera, unlit, &again);
+  shader.Shade(board.level, {}, camera, &again);
   for (std::size_t i = 0; i < frame.color.size(); ++i) {
     ASSERT_EQ(frame.color[i].r, again.color[i].r);
   }
@@ -49,21 +47,17 @@ TEST(Shading, AResizedFileIsScaled) {
   const Board board(1.5);
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
-  Lighting unlit;
-  unlit.unlit = true;
-  PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &frame);
+  PhotographShader(board.survey).Shade(board.level, {}, camera, &frame);
   EXPECT_LT(Board::Difference(frame, camera), 0.03);
 }
 
 TEST(Shading, TheDensePixelOffsetIsApplied) {
   Board board(1, 3.0);
   const Camera camera = Board::View();
-  Lighting unlit;
-  unlit.unlit = true;
   Frame without = board.Render(camera), with = without;
-  PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &without);
+  PhotographShader(board.survey).Shade(board.level, {}, camera, &without);
   board.survey.dense_pixel_offset = 3.0;
-  PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &with);
+  PhotographShader(board.survey).Shade(board.level, {}, camera, &with);
   EXPECT_GT(Board::Difference(without, camera), 0.06);
   EXPECT_LT(Board::Difference(with, camera), 0.03);
 }
@@ -72,15 +66,14 @@ TEST(Shading, LightIsAppliedToThePhotographs) {
   const Board board;
   const Camera camera = Board::View();
   Frame lit = board.Render(camera), plain = lit;
-  Lighting unlit, half;
-  unlit.unlit = true;
-  half.ambient = 0.5;
-  half.diffuse = 0;
+  lit.light.assign(lit.color.size(), {0.5f, 0.25f, 8});
   PhotographShader shader(board.survey);
-  shader.Shade(board.level, {}, camera, unlit, &plain);
-  shader.Shade(board.level, {}, camera, half, &lit);
+  shader.Shade(board.level, {}, camera, &plain);
+  shader.Shade(board.level, {}, camera, &lit);
   for (std::size_t i = 0; i < lit.color.size(); i += 97) {
     EXPECT_NEAR(lit.color[i].r, plain.color[i].r / 2, 1e-5);
+    EXPECT_NEAR(lit.color[i].g, plain.color[i].g / 4, 1e-5);
+    EXPECT_NEAR(lit.color[i].b, std::min(plain.color[i].b * 8, 1.0f), 1e-5);
   }
 }
 
@@ -121,10 +114,8 @@ TEST(Shading, WhatStandsInFrontIsNotProjectedOntoWhatItHides) {
   const Camera camera = HiddenBoard::Behind();
   const Frame before = board.Render(camera);
   Frame frame = before;
-  Lighting unlit;
-  unlit.unlit = true;
   const PhotoShadingStats stats =
-      PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &frame);
+      PhotographShader(board.survey).Shade(board.level, {}, camera, &frame);
   EXPECT_EQ(stats.without_photo + stats.from_photos, stats.pixels);
   EXPECT_GT(stats.without_photo, 1000u) << "hidden from all three";
   EXPECT_GT(stats.from_photos, 20000u);
@@ -175,10 +166,8 @@ TEST(Shading, AHoleShowsTheSurfaceThatWouldBeThere) {
   ASSERT_GT(back_pixels, 1000u);
   EXPECT_GT(Board::Difference(frame, camera), 0.15);
   Frame marked = frame;
-  Lighting unlit;
-  unlit.unlit = true;
   const PhotoShadingStats stats =
-      PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &frame);
+      PhotographShader(board.survey).Shade(board.level, {}, camera, &frame);
   EXPECT_LT(Board::Difference(frame, camera), 0.03);
   double sum = 0;
   for (std::size_t i = 0; i < frame.depth.size(); ++i) {
@@ -195,8 +184,8 @@ TEST(Shading, AHoleShowsTheSurfaceThatWouldBeThere) {
   EXPECT_EQ(stats.across_holes, back_pixels);
   EXPECT_EQ(shows_back(frame), shows_back(marked)) << "the planes stay what was rendered";
 
-  const PhotoShadingStats shown = PhotographShader(board.survey, {.show_unseen = true})
-                                      .Shade(board.level, {}, camera, unlit, &marked);
+  const PhotoShadingStats shown =
+      PhotographShader(board.survey, {.show_unseen = true}).Shade(board.level, {}, camera, &marked);
   EXPECT_EQ(shown.across_holes, 0u);
   EXPECT_EQ(shown.without_photo, back_pixels);
 }
@@ -206,7 +195,7 @@ TEST(Shading, ASurfaceSeenFromBehindAloneHasNoHoles) {
   const Camera camera = Camera::LookAt({0, 0, 6}, {0, 0, 4}, {0, -1, 0}, 0.5, 120, 90);
   Frame frame = board.Render(camera);
   const PhotoShadingStats stats =
-      PhotographShader(board.survey).Shade(board.level, {}, camera, {}, &frame);
+      PhotographShader(board.survey).Shade(board.level, {}, camera, &frame);
   EXPECT_GT(stats.pixels, 5000u);
   EXPECT_EQ(stats.across_holes, 0u);
   EXPECT_EQ(stats.without_photo, stats.pixels) << "nobody photographed that side";
@@ -216,10 +205,8 @@ TEST(Shading, WhatNoPhotographSeesCanBeShown) {
   HiddenBoard board;
   const Camera camera = HiddenBoard::Behind();
   Frame frame = board.Render(camera);
-  Lighting unlit;
-  unlit.unlit = true;
-  const PhotoShadingStats stats = PhotographShader(board.survey, {.show_unseen = true})
-                                      .Shade(board.level, {}, camera, unlit, &frame);
+  const PhotoShadingStats stats =
+      PhotographShader(board.survey, {.show_unseen = true}).Shade(board.level, {}, camera, &frame);
   const Vec3f marked = LinearFromRgb8(kUnseenColor);
   const auto count = std::count_if(frame.color.begin(), frame.color.end(), [&](const Pixel& p) {
     return p.r == marked.x && p.g == marked.y && p.b == marked.z;
@@ -234,13 +221,11 @@ TEST(Shading, PhotographsThatAreLeftOutAreNotUsed) {
   });
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
-  Lighting unlit;
-  unlit.unlit = true;
   PhotoShadingOptions options;
   options.leave_out = {1};
   options.even_exposures = false;
   const PhotoShadingStats stats =
-      PhotographShader(board.survey, options).Shade(board.level, {}, camera, unlit, &frame);
+      PhotographShader(board.survey, options).Shade(board.level, {}, camera, &frame);
   EXPECT_EQ(stats.photos_used, 2u);
   EXPECT_EQ(stats.photos_unreadable, 0u);
   for (const Pixel& p : frame.color) EXPECT_LT(p.r, 0.12f);
@@ -251,15 +236,13 @@ TEST(Shading, ThePhotographThatLooksTheSameWayDecides) {
   // The same luma, so that none is taken for one that contradicts the others.
   const Vec3f shown[] = {{0.4f, 0.2f, 0.2f}, {0.2f, 0.26f, 0.1f}, {0.2f, 0.2f, 0.8f}};
   Board board(1, 0, 3, [&](int photo, const Vec3d&) { return shown[photo]; });
-  Lighting unlit;
-  unlit.unlit = true;
   PhotoShadingOptions options;
   options.even_exposures = false;
   PhotographShader shader(board.survey, options);
   for (int photo = 0; photo < 3; ++photo) {
     const Camera camera = CameraOfPhotograph(board.survey, photo, 200, 150).Cropped(80, 60, 40, 30);
     Frame frame = board.Render(camera);
-    shader.Shade(board.level, {}, camera, unlit, &frame);
+    shader.Shade(board.level, {}, camera, &frame);
     for (const Pixel& p : frame.color) {
       ASSERT_GT(p.a, 0);
       EXPECT_NEAR(p.r, shown[photo].x, 0.04);
@@ -273,13 +256,11 @@ TEST(Shading, ExposuresAreEvenedOut) {
   const Board board(
       1, 0, 3, [&](int photo, const Vec3d& p) { return BoardColor(p) * (0.6f * exposure[photo]); });
   const Camera camera = Board::View();
-  Lighting unlit;
-  unlit.unlit = true;
   const auto ratio_spread = [&](bool even) {
     Frame frame = board.Render(camera);
     PhotoShadingOptions options;
     options.even_exposures = even;
-    PhotographShader(board.survey, options).Shade(board.level, {}, camera, unlit, &frame);
+    PhotographShader(board.survey, options).Shade(board.level, {}, camera, &frame);
     // The green channel is smooth: shown over painted must be one factor everywhere.
     double least = 1e9, most = 0;
     for (int y = 40; y < frame.height - 40; y += 5) {
@@ -421,10 +402,8 @@ TEST(Shading, PhotographsThatCannotBeReadAreCountedAndTheOthersUsed) {
   test::WriteFile(board.survey.photographs[2].path, "P6\n800 600\n255\ncut off");
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
-  Lighting unlit;
-  unlit.unlit = true;
   PhotographShader shader(board.survey);
-  const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, unlit, &frame);
+  const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, &frame);
   EXPECT_EQ(stats.photos_unreadable, 2u);
   EXPECT_EQ(stats.photos_used, 1u);
   EXPECT_THAT(stats.warnings, Contains(HasSubstr("2 photographs could not be used")));
@@ -437,7 +416,7 @@ TEST(Shading, NeedsItsPlanes) {
   Frame bare = board.Render(camera);
   bare.id.clear();
   PhotographShader shader(board.survey);
-  EXPECT_THROW(shader.Shade(board.level, {}, camera, {}, &bare), Error);
+  EXPECT_THROW(shader.Shade(board.level, {}, camera, &bare), Error);
 }
 
 TEST(Shading, NeedsNoLists) {
@@ -446,10 +425,8 @@ TEST(Shading, NeedsNoLists) {
   board.level.photo_idx.clear();
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
-  Lighting unlit;
-  unlit.unlit = true;
   const PhotoShadingStats stats =
-      PhotographShader(board.survey).Shade(board.level, {}, camera, unlit, &frame);
+      PhotographShader(board.survey).Shade(board.level, {}, camera, &frame);
   EXPECT_EQ(stats.from_photos, stats.pixels);
   EXPECT_LT(Board::Difference(frame, camera), 0.03);
 }
@@ -458,12 +435,10 @@ TEST(Shading, ASmallBudgetGivesThePictureToo) {
   const Board board;
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
-  Lighting unlit;
-  unlit.unlit = true;
   PhotoShadingOptions small;
   small.memory_mb = 3;
   PhotographShader shader(board.survey, small);  // one photograph of three at a time
-  const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, unlit, &frame);
+  const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, &frame);
   EXPECT_EQ(stats.photos_used, 3u);
   EXPECT_LT(Board::Difference(frame, camera), 0.03);
 }
@@ -476,7 +451,7 @@ TEST(Shading, CanBeCancelled) {
   source.request_stop();
   Control control;
   control.stop = source.get_token();
-  EXPECT_THROW(PhotographShader(board.survey).Shade(board.level, {}, camera, {}, &frame, control),
+  EXPECT_THROW(PhotographShader(board.survey).Shade(board.level, {}, camera, &frame, control),
                Cancelled);
 }
 

@@ -25,12 +25,13 @@ bool SameColors(const Frame& a, const Frame& b) {
 
 TEST(Deferred, DefaultScenesNeedNone) {
   Scene scene = testing::SceneOf(testing::OneMetaball());
-  EXPECT_FALSE(NeedsDeferredPasses(scene));
+  EXPECT_FALSE(NeedsDeferredPasses(scene, {}));
+  EXPECT_TRUE(NeedsDeferredPasses(scene, {.light = true}));
   scene.lighting.unlit = true;
   scene.appearance.shadows.enabled = true;  // nothing to shade
-  EXPECT_FALSE(NeedsDeferredPasses(scene));
+  EXPECT_FALSE(NeedsDeferredPasses(scene, {}));
   scene.lighting.unlit = false;
-  EXPECT_TRUE(NeedsDeferredPasses(scene));
+  EXPECT_TRUE(NeedsDeferredPasses(scene, {}));
 }
 
 // One light given as a light is the light of the scene.
@@ -55,6 +56,41 @@ TEST(Deferred, OneLightEqualsTheTracersOwn) {
       EXPECT_EQ(frame.color[i].a, expected.color[i].a);
     }
   }
+}
+
+// The light plane is what the unlit colours are multiplied by, beyond 1 as well.
+TEST(Deferred, LightIsThePlaneThatUnlitColorsAreMultipliedBy) {
+  Scene scene = testing::SceneOf(testing::RandomBall(150, 0.4, 2, 2));
+  const Camera camera = testing::FrontCamera();
+  Light sun;
+  sun.kind = LightKind::kDirectional;
+  sun.to_light = {0.4, 1, -0.7};
+  sun.intensity = 3;
+  scene.appearance.lights = {sun};
+  scene.appearance.shadows.enabled = true;
+  RenderSettings settings;
+  settings.planes.light = true;
+  const Frame lit = MakeCpuRenderer()->Render(scene, camera, settings);
+  EXPECT_TRUE(lit.depth.empty() && lit.normal.empty() && lit.id.empty());
+  scene.lighting.unlit = true;
+  const Frame unlit = MakeCpuRenderer()->Render(scene, camera, settings);
+  ASSERT_EQ(lit.light.size(), lit.color.size());
+  std::size_t bright = 0, dark = 0;
+  for (std::size_t i = 0; i < lit.color.size(); ++i) {
+    const Vec3f &light = lit.light[i], nothing{};
+    if (lit.color[i].a == 0) {
+      EXPECT_EQ(light, nothing);
+      EXPECT_EQ(unlit.light[i], nothing);
+      continue;
+    }
+    EXPECT_EQ(unlit.light[i], (Vec3f{1, 1, 1}));
+    EXPECT_FLOAT_EQ(lit.color[i].r, std::min(1.0f, unlit.color[i].r * light.x));
+    EXPECT_FLOAT_EQ(lit.color[i].b, std::min(1.0f, unlit.color[i].b * light.z));
+    bright += light.x > 1;
+    dark += light.x == static_cast<float>(scene.lighting.ambient);
+  }
+  EXPECT_GT(bright, 100u);
+  EXPECT_GT(dark, 100u);
 }
 
 TEST(Deferred, QuantitiesAreThoseOfTheSurfacePoint) {
