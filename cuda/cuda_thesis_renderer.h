@@ -25,7 +25,7 @@ std::unique_ptr<ProfilingRenderer> MakeCudaThesisRenderer(
 
 // The same kernels and pipeline by plain loops on the CPU (host_loop.h); backend() is "host-loop".
 // In doubles its pictures are those of MakeThesisRenderer.
-std::unique_ptr<Renderer> MakeHostLoopThesisRenderer(
+std::unique_ptr<ProfilingRenderer> MakeHostLoopThesisRenderer(
     const ThesisOptions& options = {}, ThesisPrecision precision = ThesisPrecision::kDouble,
     const HostLoopOptions& machine = {});
 

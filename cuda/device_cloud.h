@@ -17,7 +17,6 @@
 #include "metaball/appearance/uv_gradients.h"
 #include "metaball/channel.h"
 #include "metaball/cloud.h"
-#include "metaball/color.h"
 #include "metaball/density/model.h"
 #include "metaball/frame.h"
 #include "metaball/precision.h"
@@ -32,6 +31,9 @@ class DeviceCloud {
   bool Holds(const std::shared_ptr<const Cloud>& cloud) const {
     return cloud_.lock() == cloud && size_ == cloud->size();
   }
+
+  // Whether nobody else holds it any more.
+  bool Expired() const { return cloud_.expired(); }
 
   // Makes the scene's cloud the one that is held: centres, radii, colours, and thresholds where the
   // scene's mode asks for them. Throws ResourceError where the machine has no room.
@@ -66,10 +68,6 @@ class DeviceCloud {
       machine->Release(&threshold_);
     }
     if (before.channels != now.channels) ForgetChannels(machine);
-    if (srgb_table_.size() == 0) {
-      machine->Fill(&srgb_table_, 256, 1, "tables",
-                    [](std::size_t i) { return SrgbToLinearTable()[i]; });
-    }
     cloud_ = cloud;
     size_ = n;
     revisions_ = now;
@@ -101,7 +99,6 @@ class DeviceCloud {
     return m;
   }
   const std::uint32_t* colors() const { return color_.size() > 0 ? color_.data() : nullptr; }
-  const float* linear_from_srgb() const { return srgb_table_.data(); }
   std::size_t size() const { return size_; }
   // Whether floats cannot carry its radii (metaball/precision.h).
   bool wide_radii() const { return wide_radii_; }
@@ -135,6 +132,11 @@ class DeviceCloud {
         it = channels_.erase(it);
       }
     }
+  }
+  void Release(Machine* machine) {
+    Forget(machine);
+    machine->Release(&sphere_);
+    machine->Release(&color_);
   }
   // What Use would take at most.
   static std::uint64_t BytesFor(const Cloud& cloud) {
@@ -175,7 +177,6 @@ class DeviceCloud {
   Buffer<std::uint32_t> color_;
   Buffer<float> threshold_;
   std::map<std::string, Buffer<std::byte>> channels_;
-  Buffer<float> srgb_table_;
 };
 
 }  // namespace sherd

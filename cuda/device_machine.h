@@ -34,20 +34,22 @@ inline void CheckCuda(cudaError_t code, const std::string& call) {
   throw DeviceError(call, static_cast<int>(code), cudaGetErrorString(code));
 }
 
+// body(i) for i in [begin, end).
 template <class Body>
 __global__ void __launch_bounds__(256)
-    ForEachKernel(const __grid_constant__ Body body, std::uint64_t n) {
-  const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (i < n) body(i);
+    ForEachKernel(const __grid_constant__ Body body, std::uint64_t begin, std::uint64_t end) {
+  const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (i < end) body(i);
 }
 
 // The same where the body says how many threads a block has, and how many blocks a multiprocessor
 // is to hold at least, which decides how many registers a thread gets.
 template <class Body>
 __global__ void __launch_bounds__(Body::kThreads, Body::kBlocksPerMultiprocessor)
-    BoundedForEachKernel(const __grid_constant__ Body body, std::uint64_t n) {
-  const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
-  if (i < n) body(i);
+    BoundedForEachKernel(const __grid_constant__ Body body, std::uint64_t begin,
+                         std::uint64_t end) {
+  const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+  if (i < end) body(i);
 }
 
 template <class Program>
@@ -203,6 +205,18 @@ class DeviceMachine {
     CheckCuda(cudaFree(data), "cudaFree");
   }
   void ReleaseScratch() { Release(&scratch_); }
+  template <class Body>
+  std::uint64_t LaunchBytes() const {
+    static_assert(requires { Body::kBlocksPerMultiprocessor; });
+    cudaFuncAttributes kernel;
+    CheckCuda(cudaFuncGetAttributes(&kernel, BoundedForEachKernel<Body>), "cudaFuncGetAttributes");
+    int multiprocessors = 0, threads = 0;
+    CheckCuda(cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, device_),
+              "cudaDeviceGetAttribute");
+    CheckCuda(cudaDeviceGetAttribute(&threads, cudaDevAttrMaxThreadsPerMultiProcessor, device_),
+              "cudaDeviceGetAttribute");
+    return kernel.localSizeBytes * static_cast<std::uint64_t>(multiprocessors) * threads;
+  }
   template <class T>
   void Zero(Buffer<T>* buffer, std::size_t n) {
     if (n == 0) return;
@@ -287,15 +301,21 @@ class DeviceMachine {
     if (n == 0) return;
     ThrowIfStopped();
     const Timed timed(this, name);
-    if constexpr (requires { Body::kBlocksPerMultiprocessor; }) {
-      const auto blocks = static_cast<unsigned>((n + Body::kThreads - 1) / Body::kThreads);
-      BoundedForEachKernel<Body><<<blocks, Body::kThreads, 0, stream_.get()>>>(body, n);
+    if constexpr (requires { Body::kThreadsAtOnce; }) {
+      // One slice runs and one waits behind it: the GPU has work, and two are all that a frame
+      // that is cancelled waits for.
+      int slice = 0;
+      for (std::uint64_t begin = 0; begin < n; begin += Body::kThreadsAtOnce, slice ^= 1) {
+        if (begin >= 2 * Body::kThreadsAtOnce) {
+          CheckCuda(cudaEventSynchronize(sliced_[slice].get()), LastWork());
+          ThrowIfStopped();
+        }
+        LaunchForEach(name, body, begin, std::min(n, begin + Body::kThreadsAtOnce));
+        CheckCuda(cudaEventRecord(sliced_[slice].get(), stream_.get()), "cudaEventRecord");
+      }
     } else {
-      constexpr unsigned kThreads = 256;
-      const auto blocks = static_cast<unsigned>((n + kThreads - 1) / kThreads);
-      ForEachKernel<Body><<<blocks, kThreads, 0, stream_.get()>>>(body, n);
+      LaunchForEach(name, body, 0, n);
     }
-    CheckCuda(cudaGetLastError(), std::string("launch of ") + name);
   }
 
   template <class Program>
@@ -366,6 +386,21 @@ class DeviceMachine {
   static constexpr std::size_t kPartBytes = std::size_t{1} << 20;
   static constexpr int kCopyThreads = 4;
   static constexpr std::size_t kSmallBytes = 4096;
+
+  template <class Body>
+  void LaunchForEach(const char* name, const Body& body, std::uint64_t begin, std::uint64_t end) {
+    const auto blocks = [&](unsigned threads) {
+      return static_cast<unsigned>((end - begin + threads - 1) / threads);
+    };
+    if constexpr (requires { Body::kBlocksPerMultiprocessor; }) {
+      BoundedForEachKernel<Body>
+          <<<blocks(Body::kThreads), Body::kThreads, 0, stream_.get()>>>(body, begin, end);
+    } else {
+      constexpr unsigned kThreads = 256;
+      ForEachKernel<Body><<<blocks(kThreads), kThreads, 0, stream_.get()>>>(body, begin, end);
+    }
+    CheckCuda(cudaGetLastError(), std::string("launch of ") + name);
+  }
 
   template <class T>
   void Resize(Buffer<T>* buffer, std::size_t n, std::size_t capacity, const char* what) {
@@ -438,6 +473,7 @@ class DeviceMachine {
   CudaStream stream_;
   std::array<CudaEvent, 4> marks_;
   std::array<CudaEvent, 2> fetched_;  // the last copy to or from each of the pieces
+  std::array<CudaEvent, 2> sliced_;   // the slices of a long launch that were begun last
   PinnedMemory small_{kSmallBytes};
   std::array<PinnedMemory, 2> pieces_{PinnedMemory(kPieceBytes), PinnedMemory(kPieceBytes)};
   Buffer<unsigned char> scratch_;

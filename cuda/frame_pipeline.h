@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <memory>
+#include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "cuda/appearance_pass.h"
-#include "cuda/device_cloud.h"
+#include "cuda/device_clouds.h"
 #include "cuda/frame_buffers.h"
 #include "cuda/kernels/box_filter.h"
 #include "cuda/kernels/trace.h"
@@ -20,6 +21,7 @@
 #include "cuda/tile_lists.h"
 #include "metaball/appearance/deferred.h"
 #include "metaball/appearance/gather.h"
+#include "metaball/cloud_version.h"
 #include "metaball/error.h"
 #include "metaball/local_view.h"
 #include "metaball/precision.h"
@@ -32,6 +34,9 @@ namespace sherd {
 template <class Machine>
 class FramePipeline {
  public:
+  // Appearances and several rays a pixel as well (pipeline_renderer.h).
+  static constexpr bool kDrawsEverything = true;
+
   explicit FramePipeline(Machine machine) : machine_(std::move(machine)) {}
 
   Machine& machine() { return machine_; }
@@ -45,7 +50,7 @@ class FramePipeline {
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) {
     CheckRenderInput(scene, camera, settings);
-    if (NeedsDeferredPasses(scene)) CheckAppearance(scene);
+    if (NeedsDeferredPasses(scene, settings.planes)) CheckAppearance(scene);
     const Stopwatch total;
     const auto content = scene.cloud->empty() ? FrameContent::kBackground : FrameContent::kAnything;
     Frame frame = MakeFrame(camera, settings.planes, std::exchange(spare_, {}), content);
@@ -62,6 +67,7 @@ class FramePipeline {
         UseCloud(scene, settings.threads);
       } catch (const ResourceError&) {
         ReleaseFrame();  // of earlier pictures
+        clouds_.ReleaseOthers(&machine_);
         UseCloud(scene, settings.threads);
       }
       frame.stats.seconds_prepare = upload.Seconds();
@@ -76,7 +82,7 @@ class FramePipeline {
       work_ = {counts.work[Counts::kTests],     counts.work[Counts::kAdds],
                counts.work[Counts::kSteps],     counts.work[Counts::kStaged],
                counts.work[Counts::kShadeAdds], counts.rare[Counts::kWide]};
-      frame.stats.bytes = machine_.ReservedBytes() - cloud_.Bytes();
+      frame.stats.bytes = machine_.ReservedBytes() - clouds_.Bytes();
       machine_.EndFrame();
     }
     frame.stats.seconds_total = total.Seconds();
@@ -123,17 +129,20 @@ class FramePipeline {
   void RenderInMemory(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                       const Control& control, Frame* frame) {
     const RenderStats before = frame->stats;
-    most_pixels_ = frame->color.size();
+    const std::uint64_t pixel_bytes = BytesPerPixel(scene, settings);
+    most_pixels_ = std::min<std::uint64_t>(frame->color.size(), KnownLimit(scene, pixel_bytes));
     for (bool again = false;; again = true) {
       region_pixels_ = most_pixels_;
       try {
         RenderAll(scene, camera, settings, control, frame);
+        if (most_pixels_ < frame->color.size()) Remember(scene, pixel_bytes);
         return;
       } catch (const ResourceError&) {
         // Buffers of earlier frames, of other sizes, may hold what this one needs; and what a part
         // of it needs is known to a few per cent only.
         ReleaseFrame();
-        cloud_.ReleaseChannelsBut(PlanesNeeded(scene, settings.planes), &machine_);
+        clouds_.ReleaseOthers(&machine_);
+        cloud().ReleaseChannelsBut(PlanesNeeded(scene, settings.planes), &machine_);
         frame->stats = before;
         if (!again) continue;
         most_pixels_ = std::min(most_pixels_, region_pixels_) / 2;
@@ -141,6 +150,25 @@ class FramePipeline {
       }
     }
   }
+
+  // Pixels of a part that pictures of this cloud were drawn with which did not fit in larger ones,
+  // as long as the machine has no more room than then: the next need not find out anew.
+  std::uint64_t KnownLimit(const Scene& scene, std::uint64_t pixel_bytes) {
+    if (limit_ && !(limit_->cloud.Is(scene.cloud) && Room() <= limit_->room)) limit_.reset();
+    if (!limit_) return std::numeric_limits<std::uint64_t>::max();
+    return std::max<std::uint64_t>(kernels::kTileRays, limit_->bytes / pixel_bytes);
+  }
+  void Remember(const Scene& scene, std::uint64_t pixel_bytes) {
+    const std::uint64_t room = Room();
+    limit_ = Limit{CloudVersion(scene.cloud), most_pixels_ * pixel_bytes,
+                   limit_ ? limit_->room : room + room / 8};
+  }
+  static std::uint64_t BytesPerPixel(const Scene& scene, const RenderSettings& settings) {
+    const auto n = static_cast<std::uint64_t>(settings.supersample);
+    return n * n * PlanesNeeded(scene, settings.planes).BytesPerPixel();
+  }
+  // Bytes that are free or held.
+  std::uint64_t Room() const { return machine_.AvailableBytes() + machine_.ReservedBytes(); }
 
   void RenderAll(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                  const Control& control, Frame* frame) {
@@ -151,16 +179,16 @@ class FramePipeline {
             settings,
             control,
             frame,
-            NeedsDeferredPasses(scene),
-            cloud_.wide_radii() || HasStiffThreshold(scene.surface),
+            NeedsDeferredPasses(scene, settings.planes),
+            cloud().wide_radii() || HasStiffThreshold(scene.surface),
             PlanesNeeded(scene, settings.planes)};
     if (job.deferred) {
-      appearance_.Begin(scene, camera, cloud_.linear_from_srgb(), &machine_);
+      appearance_.Begin(scene, camera, clouds_.linear_from_srgb(), &machine_);
     }
     RenderRegion(job, {0, 0, camera.width, camera.height});
   }
 
-  // Gives back all but the cloud.
+  // Gives back all but the clouds.
   void ReleaseFrame() {
     lists_.Release(&machine_);
     machine_.Release(&hit_);
@@ -173,12 +201,15 @@ class FramePipeline {
     held_ = 0;
   }
 
+  // The one of the scene in the making.
+  DeviceCloud<Machine>& cloud() { return clouds_.current(); }
+
   void UseCloud(const Scene& scene, int threads) {
     const Cloud& cloud = *scene.cloud;
-    if (!cloud_.Holds(scene.cloud)) {
+    if (!clouds_.Holds(scene.cloud)) {
       const std::uint64_t needed = DeviceCloud<Machine>::BytesFor(cloud) +
                                    cloud.size() * TileLists<Machine>::kBytesPerMetaball;
-      const std::uint64_t available = machine_.AvailableBytes() + machine_.ReservedBytes();
+      const std::uint64_t available = Room();
       if (needed > available) {
         throw ResourceError(std::to_string(cloud.size()) + " metaballs need " + Megabytes(needed) +
                                 " of " + machine_.memory_name() + ", of which " +
@@ -188,7 +219,7 @@ class FramePipeline {
       }
       if (needed > machine_.AvailableBytes()) ReleaseFrame();
     }
-    cloud_.Use(scene, threads, &machine_);
+    clouds_.Use(scene, threads, &machine_);
   }
 
   // ---- a region of the picture ----------------------------------------------------------------
@@ -214,9 +245,9 @@ class FramePipeline {
     const std::uint64_t width = held.width * n, height = held.height * n;
     const std::uint64_t tiles =
         (width / kernels::kTileSize + 1) * (height / kernels::kTileSize + 1);
-    std::uint64_t needed = cloud_.Bytes() + cloud_.MissingBytes(*job.scene.cloud, job.planes) +
-                           cloud_.size() * Lists::kBytesPerMetaball + tiles * Lists::kBytesPerTile +
-                           PlaneBytes(job, region);
+    std::uint64_t needed = cloud().Bytes() + cloud().MissingBytes(*job.scene.cloud, job.planes) +
+                           cloud().size() * Lists::kBytesPerMetaball +
+                           tiles * Lists::kBytesPerTile + PlaneBytes(job, region);
     if (job.deferred) {
       using Pass = AppearancePass<Machine>;
       needed +=
@@ -225,9 +256,10 @@ class FramePipeline {
     // Sorting and scanning want a little room of their own.
     const auto fits = [&](std::uint64_t bytes) {
       if (bytes <= held_ && appearance_.BatchBytes() == 0) return true;
-      const std::uint64_t room = machine_.AvailableBytes() + machine_.ReservedBytes();
+      const std::uint64_t room = Room();
       bytes += bytes / 16;
       if (bytes + appearance_.BatchBytes() > room) appearance_.ReleaseBatches(&machine_);
+      if (bytes + clouds_.OtherBytes() > room) clouds_.ReleaseOthers(&machine_);
       return bytes <= room;
     };
     const bool allowed = region.pixels() <= most_pixels_ && width <= kernels::kMaxRegionSide &&
@@ -236,7 +268,7 @@ class FramePipeline {
       const Part part(job, region);
       machine_.Mark(FrameStage::kBegin);
       const kernels::BinTotals totals =
-          lists_.Count(cloud_.Metaballs(job.scene), part.local, &machine_);
+          lists_.Count(cloud().Metaballs(job.scene), part.local, &machine_);
       RenderStats& stats = job.frame->stats;
       if (region.width == job.camera.width && region.height == job.camera.height) {
         stats.metaballs_in_view = totals.in_view;
@@ -277,7 +309,7 @@ class FramePipeline {
       RenderRegion(job, {region.x0, region.y0, w, region.height});
       RenderRegion(job, {region.x0 + w, region.y0, region.width - w, region.height});
     } else {
-      const std::uint64_t available = machine_.AvailableBytes() + machine_.ReservedBytes();
+      const std::uint64_t available = Room();
       throw ResourceError("even " + std::to_string(kSmallest) + " x " + std::to_string(kSmallest) +
                               " pixels of this picture need " + Megabytes(needed) + " of " +
                               machine_.memory_name() + ", of which " + Megabytes(available) +
@@ -291,11 +323,12 @@ class FramePipeline {
   kernels::TraceParams ParamsOf(const Job& job, const Part& part) {
     const Camera& local = part.local;
     const Cloud& cloud = *job.scene.cloud;
+    const DeviceCloud<Machine>& held = clouds_.current();
     kernels::TraceParams p;
     p.camera = local;
-    p.metaballs = cloud_.Metaballs(job.scene);
-    p.color = cloud_.colors();
-    p.linear_from_srgb = cloud_.linear_from_srgb();
+    p.metaballs = held.Metaballs(job.scene);
+    p.color = held.colors();
+    p.linear_from_srgb = clouds_.linear_from_srgb();
     p.uniform_color = LinearFromRgb8(cloud.uniform_color);
     p.box = lists_.boxes();
     p.entry = lists_.entries();
@@ -343,8 +376,8 @@ class FramePipeline {
     const kernels::TraceParams p = ParamsOf(job, part);
     LaunchTrace(job.scene.surface.mode, cloud, job.in_doubles, p);
     if (job.planes.NeedGather()) {
-      GatherPlanes(job.scene, job.planes, p, job.in_doubles, lists_.tiles(), &cloud_, &samples_,
-                   &machine_);
+      GatherPlanes(job.scene, job.planes, p, job.in_doubles, lists_.tiles(), &clouds_.current(),
+                   &samples_, &machine_);
     }
     if (job.deferred) {
       appearance_.Shade(
@@ -427,7 +460,7 @@ class FramePipeline {
   Machine machine_;
   FrameWork work_;
   Frame spare_;
-  DeviceCloud<Machine> cloud_;
+  DeviceClouds<Machine> clouds_;
   // A frame's.
   TileLists<Machine> lists_;
   Buffer<kernels::TraceCounts> counts_;
@@ -440,6 +473,12 @@ class FramePipeline {
   std::uint64_t held_ = 0;
   // Of a part of the frame in the making, and of the one that was begun last.
   std::uint64_t most_pixels_ = 0, region_pixels_ = 0;
+  struct Limit {
+    CloudVersion cloud;
+    std::uint64_t bytes;  // of the pixels of a part
+    std::uint64_t room;   // of the machine, which more than that makes void
+  };
+  std::optional<Limit> limit_;  // KnownLimit
 };
 
 }  // namespace sherd

@@ -8,7 +8,8 @@
 #include "cuda/kernels/block.h"
 #include "cuda/machine.h"
 #include "cuda/photo_sampler.h"
-#include "metaball/renderer.h"
+#include "cuda/profiling.h"
+#include "metaball/scene.h"
 
 namespace sherd {
 
@@ -19,8 +20,11 @@ struct HostLoopOptions {
   kernels::ThreadOrder order = kernels::ThreadOrder::kForward;
 };
 
+// What it is, for people.
+inline constexpr const char* kHostLoopDevice = "the CUDA kernels' bodies on the CPU";
+
 // backend() is "host-loop".
-std::unique_ptr<Renderer> MakeHostLoopRenderer(const HostLoopOptions& options = {});
+std::unique_ptr<ProfilingRenderer> MakeHostLoopRenderer(const HostLoopOptions& options = {});
 
 // The store of photographs and its kernels; memory_bytes may cut the pool short.
 std::unique_ptr<PhotoTileSampler> MakeHostLoopPhotoSampler(std::uint64_t pool_bytes,

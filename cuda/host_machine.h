@@ -51,6 +51,8 @@ class HostMachine {
     return memory_bytes_ > reserved_ ? memory_bytes_ - reserved_ : 0;
   }
 
+  void EnableProfile(bool enable) { profile_ = enable; }
+
   void BeginFrame(std::stop_token stop, int threads) {
     stop_ = std::move(stop);
     threads_ = threads;
@@ -86,6 +88,10 @@ class HostMachine {
     *buffer = {};
   }
   void ReleaseScratch() {}
+  template <class Body>
+  std::uint64_t LaunchBytes() const {
+    return 0;
+  }
   template <class T>
   void Zero(Buffer<T>* buffer, std::size_t n) {
     std::memset(static_cast<void*>(buffer->data()), 0, n * sizeof(T));
@@ -176,6 +182,7 @@ class HostMachine {
    public:
     Timed(HostMachine* machine, const char* name) : machine_(machine), name_(name) {}
     ~Timed() {
+      if (!machine_->profile_) return;
       const std::chrono::duration<double, std::milli> took = Clock::now() - begin_;
       machine_->times_.push_back({name_, took.count()});
     }
@@ -207,6 +214,7 @@ class HostMachine {
   int threads_ = 0;
   std::stop_token stop_;
   std::array<Clock::time_point, 4> marks_{};
+  bool profile_ = false;
   std::vector<KernelTime> times_;
 };
 

@@ -13,8 +13,10 @@
 //   DownloadRect(destination, stride, buffer, begin, buffer_stride, width, height)
 //                                       rows of a rectangle; strides in elements
 //   AvailableBytes()                    memory that could still be reserved
-//   ForEach(name, n, body)              body(i) for i in [0, n)
-//   ForEachBlock(name, n, program)      program(block) for each of n blocks (block.h)
+//   ForEach(name, n, body)              body(i) for i in [0, n); Body::kThreadsAtOnce, if there is
+//                                       one, bounds the work that cannot be stopped any more
+//   LaunchBytes<Body>()                 memory that ForEach itself wants for its threads' own
+//   arrays ForEachBlock(name, n, program)      program(block) for each of n blocks (block.h)
 //   SortPairs(&keys, &values, n, bits)  stable, by the low `bits` of the keys
 //   ExclusiveSum(in, &out, n)           32-bit counts to 64-bit offsets
 //   Mark(stage)                         the frame's clock, read by Seconds(from, to)

@@ -17,6 +17,7 @@
 #include "cuda/kernels/packed_color.h"
 #include "cuda/kernels/thesis_rays.h"
 #include "cuda/machine.h"
+#include "metaball/cloud_version.h"
 #include "metaball/error.h"
 #include "metaball/local_view.h"
 #include "metaball/renderer.h"
@@ -27,9 +28,18 @@
 
 namespace sherd {
 
+// For people.
+inline std::string DescribeThesis(const ThesisOptions& options, ThesisPrecision precision) {
+  return "thesis, octree depth " + std::to_string(options.depth) +
+         (precision == ThesisPrecision::kFloat ? ", floats" : ", doubles");
+}
+
 template <class Machine>
 class ThesisPipeline {
  public:
+  // Appearances and several rays a pixel are made around it (pipeline_renderer.h).
+  static constexpr bool kDrawsEverything = false;
+
   // Throws Error for options out of range.
   ThesisPipeline(Machine machine, const ThesisOptions& options, ThesisPrecision precision)
       : machine_(std::move(machine)), options_(options), precision_(precision) {
@@ -38,12 +48,6 @@ class ThesisPipeline {
 
   Machine& machine() { return machine_; }
   const Machine& machine() const { return machine_; }
-  // For people.
-  std::string Describe() const {
-    return "thesis, octree depth " + std::to_string(options_.depth) +
-           (precision_ == ThesisPrecision::kFloat ? ", floats" : ", doubles");
-  }
-
   // Renderer::Render with one ray a pixel, but for the names in the stats.
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control) {
@@ -73,7 +77,7 @@ class ThesisPipeline {
   template <class T>
   using Buffer = typename Machine::template Buffer<T>;
 
-  // Rays drawn at once: between two bands the work can be stopped.
+  // Rays whose pixels are held at once.
   static constexpr std::uint64_t kBandRays = std::uint64_t{4} << 20;
 
   // ---- the scene ------------------------------------------------------------------------------
@@ -83,7 +87,7 @@ class ThesisPipeline {
   }
 
   void ReleaseAll() {
-    cloud_.reset();
+    cloud_ = {};
     for (auto* words : {&near_, &held_}) machine_.Release(words);
     for (auto* words : {&held_before_, &begin_, &order_, &color_}) machine_.Release(words);
     machine_.Release(&sphere_);
@@ -100,8 +104,7 @@ class ThesisPipeline {
   // Builds the octree and brings it over with the metaballs, where anything has changed.
   void UseScene(const Scene& scene, const Control& control) {
     const std::shared_ptr<const Cloud>& cloud = scene.cloud;
-    const bool known = cloud_.lock() == cloud && cloud_size_ == cloud->size() &&
-                       cloud_revisions_ == cloud->revisions;
+    const bool known = cloud_.Is(cloud);
     const double largest = known ? largest_radius_ : LargestRadius(*cloud);
     const double margin = ThesisMargin(largest, scene.surface);
     if (known && margin_ == margin) return;
@@ -132,9 +135,7 @@ class ThesisPipeline {
     BringMetaballs(*cloud, octree.metaballs());
     corner_ = octree.corner();
     size_ = octree.size();
-    cloud_ = cloud;
-    cloud_size_ = n;
-    cloud_revisions_ = cloud->revisions;
+    cloud_ = CloudVersion(cloud);
     largest_radius_ = largest;
     margin_ = margin;
   }
@@ -167,8 +168,9 @@ class ThesisPipeline {
     machine_.Release(&out_id_);
   }
 
-  // The rows of a band, for which there is room on the machine when this returns.
-  int ReserveBand(const Frame& frame) {
+  // The rows of a band, for which there is room on the machine when this returns, beside
+  // launch_bytes for the kernel's threads.
+  int ReserveBand(const Frame& frame, std::uint64_t launch_bytes) {
     const auto width = static_cast<std::uint64_t>(frame.width);
     const std::uint64_t wanted =
         std::clamp<std::uint64_t>(kBandRays / width, 1, static_cast<std::uint64_t>(frame.height));
@@ -190,13 +192,15 @@ class ThesisPipeline {
     if (!held) {  // asking the machine takes its time
       ReleasePicture();
       const std::uint64_t available = machine_.AvailableBytes();
-      rows = std::min(wanted, available / row_bytes);
+      rows =
+          available > launch_bytes ? std::min(wanted, (available - launch_bytes) / row_bytes) : 0;
       if (rows == 0) {
-        throw ResourceError("one row of this picture needs " + Megabytes(row_bytes) + " of " +
+        const std::uint64_t needed = row_bytes + launch_bytes;
+        throw ResourceError("one row of this picture needs " + Megabytes(needed) + " of " +
                                 machine_.memory_name() + ", of which " + Megabytes(available) +
                                 " are free; choose a level with fewer metaballs, a lower depth of "
                                 "the octree or the CPU",
-                            row_bytes, available);
+                            needed, available);
       }
     }
     planes([&](auto* buffer, bool drawn) {
@@ -209,12 +213,21 @@ class ThesisPipeline {
     using Counts = std::array<kernels::ThesisCounts, kernels::kThesisCounts>;
     machine_.Resize(&counts_, kernels::kThesisCounts, "counters");
     machine_.Zero(&counts_, kernels::kThesisCounts);
-    const int rows = ReserveBand(*frame);
+    // What CUDA once took for the threads of a kernel, it keeps.
+    std::uint64_t launch_bytes = 0;
+    WithKernel(scene, [&]<class Kernel>(const auto&) {
+      launch_bytes = machine_.template LaunchBytes<Kernel>();
+    });
+    const int rows =
+        ReserveBand(*frame, launch_bytes > launched_bytes_ ? launch_bytes - launched_bytes_ : 0);
     for (int y = 0; y < frame->height; y += rows) {
       control.ThrowIfStopped();
       const int count = std::min(rows, frame->height - y);
       machine_.Mark(FrameStage::kBegin);
-      Launch(scene, local, y, count);
+      WithKernel(scene, [&]<class Kernel>(const auto& shape) {
+        Launch<Kernel>(shape, scene, local, y, count);
+      });
+      launched_bytes_ = std::max(launched_bytes_, launch_bytes);
       machine_.Mark(FrameStage::kTraced);
       CopyOut(y, count, frame);
       machine_.Mark(FrameStage::kEnd);
@@ -230,32 +243,35 @@ class ThesisPipeline {
     }
   }
 
-  // The features of the scene choose the kernel.
-  void Launch(const Scene& scene, const Camera& local, int first_row, int rows) {
+  // Calls visit.operator()<Kernel>(shape) with the kernel that the features of the scene choose.
+  template <class Visit>
+  void WithKernel(const Scene& scene, const Visit& visit) const {
     if (precision_ == ThesisPrecision::kFloat) {
-      LaunchIn<float>(scene, local, first_row, rows);
+      WithKernelIn<float>(scene, visit);
     } else {
-      LaunchIn<double>(scene, local, first_row, rows);
+      WithKernelIn<double>(scene, visit);
     }
   }
-  template <class Real>
-  void LaunchIn(const Scene& scene, const Camera& local, int first_row, int rows) {
+  template <class Real, class Visit>
+  static void WithKernelIn(const Scene& scene, const Visit& visit) {
     const DensityShape shape = ResolveDensity(scene.surface.density).shape;
     const bool own = !scene.cloud->radius.empty() || HasOwnThresholds(scene);
+    const auto with = [&]<class Shape>(const Shape& s) {
+      using kernels::ThesisRays, kernels::ThesisTraits;
+      own ? visit.template operator()<ThesisRays<ThesisTraits<Real, Shape, true>>>(s)
+          : visit.template operator()<ThesisRays<ThesisTraits<Real, Shape, false>>>(s);
+    };
     if (shape == DensityShape{}) {
-      const MurakamiShape murakami;
-      own ? LaunchAs<Real, true>(murakami, scene, local, first_row, rows)
-          : LaunchAs<Real, false>(murakami, scene, local, first_row, rows);
+      with(MurakamiShape{});
     } else {
-      const AnyShape any{shape};
-      own ? LaunchAs<Real, true>(any, scene, local, first_row, rows)
-          : LaunchAs<Real, false>(any, scene, local, first_row, rows);
+      with(AnyShape{shape});
     }
   }
-  template <class Real, bool kOwn, class Shape>
-  void LaunchAs(const Shape& shape, const Scene& scene, const Camera& local, int first_row,
-                int rows) {
-    using Kernel = kernels::ThesisRays<kernels::ThesisTraits<Real, Shape, kOwn>>;
+
+  template <class Kernel, class Shape>
+  void Launch(const Shape& shape, const Scene& scene, const Camera& local, int first_row,
+              int rows) {
+    using Real = typename Kernel::Real;
     const Cloud& cloud = *scene.cloud;
     const kernels::ListedArrays metaballs{
         sphere_.data(),     HasOwnThresholds(scene) ? threshold_.data() : nullptr,
@@ -295,11 +311,8 @@ class ThesisPipeline {
   Machine machine_;
   ThesisOptions options_;
   ThesisPrecision precision_;
-  // What lies in the machine's memory, and of which scene. Weak: the renderer does not keep the
-  // cloud alive, and a new one at the same address is not taken for it.
-  std::weak_ptr<const Cloud> cloud_;
-  std::size_t cloud_size_ = 0;
-  CloudRevisions cloud_revisions_;
+  // What lies in the machine's memory, and of which scene.
+  CloudVersion cloud_;
   double largest_radius_ = 0.0, margin_ = 0.0;
   Vec3d corner_{};
   double size_ = 1.0;
@@ -313,6 +326,7 @@ class ThesisPipeline {
   Buffer<Vec3f> out_normal_;
   Buffer<std::int32_t> out_id_;
   Buffer<kernels::ThesisCounts> counts_;
+  std::uint64_t launched_bytes_ = 0;  // LaunchBytes of the kernels so far, at most
 };
 
 }  // namespace sherd

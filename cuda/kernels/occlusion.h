@@ -139,6 +139,7 @@ template <ThresholdMode kMode, class Real, class Shape>
 struct MarchRays {
   static constexpr int kThreads = 128;
   static constexpr int kBlocksPerMultiprocessor = sizeof(Real) == 8 ? 3 : 4;  // 168, 128 registers
+  static constexpr std::uint64_t kThreadsAtOnce = std::uint64_t{1} << 20;
 
   RayBatch batch;
   DensityShape shape;

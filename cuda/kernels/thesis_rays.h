@@ -126,6 +126,7 @@ struct ThesisRays {
   // leaves a thread as many registers as the search wants (cuda/kernel_report.sh shows spills).
   static constexpr int kThreads = 128;
   static constexpr int kBlocksPerMultiprocessor = sizeof(typename Traits::Real) == 8 ? 4 : 7;
+  static constexpr std::uint64_t kThreadsAtOnce = std::uint64_t{1} << 20;
 
   using Real = typename Traits::Real;
   using Metaballs = ListedMetaballs<Traits::kOwn>;

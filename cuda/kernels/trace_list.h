@@ -18,6 +18,9 @@ namespace sherd::kernels {
 
 template <ThresholdMode kMode>
 struct TraceList {
+  // A long way for each: some millions may take seconds.
+  static constexpr std::uint64_t kThreadsAtOnce = std::uint64_t{1} << 20;
+
   TraceParams p;
   int tiles_y = 0;
 

@@ -134,6 +134,52 @@ TEST(HostLoop, LittleMemoryMeansPartsAndTheSamePicture) {
   }
 }
 
+// How often the kernel of that name was launched for the last frame.
+int Launches(const ProfilingRenderer& renderer, const std::string& name) {
+  int count = 0;
+  for (const KernelTime& kernel : renderer.LastKernels()) count += kernel.name == name;
+  return count;
+}
+
+// What a picture needs is known to a few per cent only: one that just does not fit fails half way.
+// The frame after it begins with what fitted.
+TEST(HostLoop, APictureThatDidNotFitIsNotTriedWholeAgain) {
+  const PeerScene field = MakeHeightField(4000, 256, 144);
+  int learned = 0;
+  for (std::uint64_t bytes = 900'000; bytes < 2'900'000; bytes += 50'000) {
+    HostLoopOptions options;
+    options.memory_bytes = bytes;
+    const auto renderer = MakeHostLoopRenderer(options);
+    renderer->EnableProfile(true);
+    const Frame first = renderer->Render(field.scene, field.camera, AllPlanes(2));
+    const int launches = Launches(*renderer, "MeasureBounds");
+    const Frame second = renderer->Render(field.scene, field.camera, AllPlanes(2));
+    EXPECT_LE(Launches(*renderer, "MeasureBounds"), launches) << bytes;
+    learned += Launches(*renderer, "MeasureBounds") < launches;
+    EXPECT_TRUE(SameFrame(first, second)) << bytes;
+  }
+  EXPECT_GT(learned, 0);
+}
+
+// The densities that are compared are brought over once, while there is room for them.
+TEST(HostLoop, HoldsTheCloudsItDrewLast) {
+  const PeerScene field = MakeHeightField(4000, 60, 40), coarse = MakeHeightField(900, 60, 40);
+  PeerScene other = MakeShell(4000, 60, 40);
+  const auto bytes_of = [&](std::uint64_t memory) {
+    HostLoopOptions options;
+    options.memory_bytes = memory;
+    const auto renderer = MakeHostLoopRenderer(options);
+    const Frame first = renderer->Render(field.scene, field.camera, AllPlanes());
+    for (int i = 0; i < 3; ++i) {
+      renderer->Render(coarse.scene, coarse.camera, AllPlanes());
+      EXPECT_TRUE(SameFrame(renderer->Render(field.scene, field.camera, AllPlanes()), first));
+      renderer->Render(other.scene, other.camera, AllPlanes());
+    }
+  };
+  bytes_of(std::uint64_t{64} << 20);
+  bytes_of(600'000);
+}
+
 TEST(HostLoop, WhatDoesNotFitIsRefusedWithTheFiguresAndTheRendererLives) {
   const PeerScene field = MakeHeightField(4000, 64, 48), small = MakeHeightField(100, 64, 48);
   HostLoopOptions options;

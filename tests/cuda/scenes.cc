@@ -13,16 +13,8 @@
 #include "metaball/density/shapes.h"
 
 namespace sherd {
-namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
-
-enum Channels { kRadius = 1, kColor = 2, kThreshold = 4 };
-
-// Metaballs in a ball of radius 1, their radii spread geometrically over [radius / spread, radius],
-// their thresholds evenly over 0.6 to 1.4 times the given one.
-CloudInput Ball(int count, double radius, double spread, int channels, std::uint64_t seed,
-                double threshold = 0.7) {
+CloudInput MakeBall(int count, double radius, double spread, int channels, std::uint64_t seed,
+                    double threshold) {
   synthetic::Rng random(seed);
   CloudInput input;
   input.uniform_radius = radius;
@@ -30,15 +22,21 @@ CloudInput Ball(int count, double radius, double spread, int channels, std::uint
     const Vec3d p{random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1)};
     if (Dot(p, p) > 1) continue;
     input.center.push_back(p);
-    if (channels & kRadius) input.radius.push_back(radius * std::pow(spread, -random.Uniform()));
-    if (channels & kColor)
+    if (channels & kOwnRadius) input.radius.push_back(radius * std::pow(spread, -random.Uniform()));
+    if (channels & kOwnColor)
       input.color.push_back({static_cast<std::uint8_t>(random.Index(256)),
                              static_cast<std::uint8_t>(random.Index(256)),
                              static_cast<std::uint8_t>(random.Index(256))});
-    if (channels & kThreshold) input.threshold.push_back(threshold * random.Uniform(0.6, 1.4));
+    if (channels & kOwnThreshold) input.threshold.push_back(threshold * random.Uniform(0.6, 1.4));
   }
   return input;
 }
+
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+constexpr int kRadius = kOwnRadius, kColor = kOwnColor, kThreshold = kOwnThreshold;
 
 class Builder {
  public:
@@ -109,11 +107,11 @@ class Builder {
   }
 
   void Radii() {
-    Add("own_radii", SceneOf(Ball(2000, 0.3, 3, kRadius, 1)), Front());
-    Add("own_radii_and_colours", SceneOf(Ball(2000, 0.3, 3, kRadius | kColor, 2)), Front());
-    Add("own_colours", SceneOf(Ball(2000, 0.2, 1, kColor, 3)), Front());
-    Add("neither", SceneOf(Ball(2000, 0.2, 1, 0, 4)), Front());
-    Add("two_orders_of_radii", SceneOf(Ball(3000, 0.3, 90, kRadius, 6)), Front());
+    Add("own_radii", SceneOf(MakeBall(2000, 0.3, 3, kRadius, 1)), Front());
+    Add("own_radii_and_colours", SceneOf(MakeBall(2000, 0.3, 3, kRadius | kColor, 2)), Front());
+    Add("own_colours", SceneOf(MakeBall(2000, 0.2, 1, kColor, 3)), Front());
+    Add("neither", SceneOf(MakeBall(2000, 0.2, 1, 0, 4)), Front());
+    Add("two_orders_of_radii", SceneOf(MakeBall(3000, 0.3, 90, kRadius, 6)), Front());
   }
 
   void Cameras() {
@@ -130,9 +128,9 @@ class Builder {
     one.uniform_radius = 1;
     Add("inside_the_surface", SceneOf(one),
         Camera::LookAt({0.01, 0, 0}, {1, 0, 0}, {0, 1, 0}, 1.0, 40, 30));
-    Add("inside_the_support", SceneOf(Ball(500, 0.5, 3, kRadius, 8)),
+    Add("inside_the_support", SceneOf(MakeBall(500, 0.5, 3, kRadius, 8)),
         Camera::LookAt({0, 0, -1.4}, {0, 0.2, 0}, {0, 1, 0}, 1.5, width_ / 2, height_ / 2));
-    CloudInput hollow = Ball(4000, 0.12, 1, kColor, 9);
+    CloudInput hollow = MakeBall(4000, 0.12, 1, kColor, 9);
     for (Vec3d& p : hollow.center) p = Normalized(p);
     Add("inside_a_hollow", SceneOf(hollow),
         Camera::LookAt({0, 0, 0}, {0.3, 0.2, 1}, {0, 1, 0}, 2.0, width_ / 2, height_ / 2));
@@ -140,12 +138,12 @@ class Builder {
         Camera::LookAt({0, 0, -1.11}, {0, 0, 1}, {0, 1, 0}, 160 * kDegree, width_ / 2,
                        height_ / 2));
     CheckScene& far =
-        Add("camera_ten_thousand_radii_away", SceneOf(Ball(500, 0.3, 2, kRadius, 10)),
+        Add("camera_ten_thousand_radii_away", SceneOf(MakeBall(500, 0.3, 2, kRadius, 10)),
             Camera::LookAt({0, 0, -3e3}, {0, 0, 0}, {0, 1, 0}, 1e-3, width_ / 2, height_ / 2));
     far.depth_tolerance = 2e-3;  // the float depth plane's steps at 3000 are 2.4e-4, r is 0.15..0.3
     for (const auto& [w, h] : {std::pair{50, 1}, {1, 50}}) {
       Add("picture_of_" + std::to_string(w) + "x" + std::to_string(h),
-          SceneOf(Ball(500, 0.3, 2, kRadius, 11)),
+          SceneOf(MakeBall(500, 0.3, 2, kRadius, 11)),
           Camera::LookAt({0, 0, -4}, {0, 0, 0}, {0, 1, 0}, 0.6, w, h));
     }
   }
@@ -158,15 +156,17 @@ class Builder {
       Add(name, std::move(scene), Front());
     };
     constexpr int kAll = kRadius | kColor | kThreshold;
-    add("blended_thresholds", Ball(2000, 0.3, 3, kAll, 12), kBlended);
-    add("blended_thresholds_one_radius_and_colour", Ball(2000, 0.2, 1, kThreshold, 13), kBlended);
-    add("blended_without_own_thresholds", Ball(2000, 0.3, 3, kRadius | kColor, 14), kBlended);
-    add("blended_thresholds_many_over_each_pixel", Ball(4000, 0.6, 2, kAll, 15), kBlended);
+    add("blended_thresholds", MakeBall(2000, 0.3, 3, kAll, 12), kBlended);
+    add("blended_thresholds_one_radius_and_colour", MakeBall(2000, 0.2, 1, kThreshold, 13),
+        kBlended);
+    add("blended_without_own_thresholds", MakeBall(2000, 0.3, 3, kRadius | kColor, 14), kBlended);
+    add("blended_thresholds_many_over_each_pixel", MakeBall(4000, 0.6, 2, kAll, 15), kBlended);
     // So many that a ray in floats sums them up in doubles.
-    add("blended_thresholds_a_thousand_over_each_pixel", Ball(4000, 1.2, 1.5, kAll, 16), kBlended);
-    add("blended_thresholds_two_orders_of_radii", Ball(2000, 0.3, 150, kAll, 17), kBlended);
-    add("gated_thresholds", Ball(2000, 0.3, 3, kAll, 18), kGated);
-    add("gated_without_own_thresholds", Ball(2000, 0.3, 3, kRadius | kColor, 19), kGated);
+    add("blended_thresholds_a_thousand_over_each_pixel", MakeBall(4000, 1.2, 1.5, kAll, 16),
+        kBlended);
+    add("blended_thresholds_two_orders_of_radii", MakeBall(2000, 0.3, 150, kAll, 17), kBlended);
+    add("gated_thresholds", MakeBall(2000, 0.3, 3, kAll, 18), kGated);
+    add("gated_without_own_thresholds", MakeBall(2000, 0.3, 3, kRadius | kColor, 19), kGated);
   }
 
   void Densities() {
@@ -176,7 +176,7 @@ class Builder {
         if (mode == kBlended && !IsNonNegative(density)) continue;
         const double threshold = (mode == kSummed ? 0.02 : 0.5) * std::min(PeakOf(density), 5.0);
         Scene scene =
-            SceneOf(Ball(400, 0.3, 4, kRadius | kColor | kThreshold, 20, threshold), threshold);
+            SceneOf(MakeBall(400, 0.3, 4, kRadius | kColor | kThreshold, 20, threshold), threshold);
         scene.surface.density = density;
         scene.surface.mode = mode;
         const DensityShape shape = ResolveDensity(density).shape;

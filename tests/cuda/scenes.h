@@ -7,10 +7,19 @@
 #include <vector>
 
 #include "metaball/camera.h"
+#include "metaball/cloud.h"
 #include "metaball/frame_difference.h"
 #include "metaball/scene.h"
 
 namespace sherd {
+
+// What each metaball of MakeBall has of its own.
+enum BallChannels { kOwnRadius = 1, kOwnColor = 2, kOwnThreshold = 4 };
+
+// Metaballs in a ball of radius 1. Radii of their own are spread geometrically over
+// [radius / spread, radius], thresholds evenly over 0.6 to 1.4 times the given one.
+CloudInput MakeBall(int count, double radius, double spread, int channels, std::uint64_t seed,
+                    double threshold = 0.7);
 
 struct CheckScene {
   std::string name;

@@ -14,7 +14,6 @@
 #include "cuda/kernels/thesis_rays.h"
 #include "cuda/renderers.h"
 #include "datasets_synthetic/peer_scenes.h"
-#include "datasets_synthetic/random.h"
 #include "metaball/error.h"
 #include "metaball/local_view.h"
 #include "metaball/moving.h"
@@ -57,21 +56,12 @@ Frame InFloats(const ThesisOptions& options, const Scene& scene, const Camera& c
       ->Render(scene, camera, AllPlanes());
 }
 
-// Metaballs in a ball of radius 1 with what the flags ask for, else uniform.
+// A ball of coloured metaballs with what the flags ask for, else uniform.
 CloudInput Ball(int count, double radius, bool own_radius, bool own_threshold,
                 std::uint64_t seed = 1) {
-  synthetic::Rng random(seed);
-  CloudInput input;
-  input.uniform_radius = radius;
-  while (static_cast<int>(input.center.size()) < count) {
-    const Vec3d p{random.Uniform(-1, 1), random.Uniform(-1, 1), random.Uniform(-1, 1)};
-    if (Dot(p, p) > 1) continue;
-    input.center.push_back(p);
-    input.color.push_back({static_cast<std::uint8_t>(random.Index(256)), 90, 200});
-    if (own_radius) input.radius.push_back(radius * random.Uniform(0.5, 1));
-    if (own_threshold) input.threshold.push_back(random.Uniform(0.1, 0.8));
-  }
-  return input;
+  const int channels =
+      kOwnColor | (own_radius ? kOwnRadius : 0) | (own_threshold ? kOwnThreshold : 0);
+  return MakeBall(count, radius, 2, channels, seed, 0.45);
 }
 
 Camera Front(int width = 64, int height = 48) {
@@ -323,6 +313,20 @@ TEST(ThesisPipeline, FillsTheStatsAndOnlyThePlanesAskedFor) {
   RenderSettings gather;
   gather.planes.weight = true;
   EXPECT_THROW(renderer->Render(peer.scene, peer.camera, gather), Error);
+}
+
+TEST(ThesisPipeline, DrawsAnAppearanceAsTheCpuDoes) {
+  PeerScene peer = MakeHeightField(1000, 60, 40);
+  const Frame plain = InDoubles({}, peer.scene, peer.camera);
+  Light sun;
+  sun.kind = LightKind::kDirectional;
+  sun.to_light = {0.9, 0.3, 0.2};
+  peer.scene.appearance.lights = {sun};
+  peer.scene.appearance.shadows.enabled = true;
+  peer.scene.appearance.filter = 3;
+  const Frame lit = InDoubles({}, peer.scene, peer.camera);
+  ExpectSame(lit, OnCpu({}, peer.scene, peer.camera), "lit");
+  EXPECT_FALSE(SameBytes(lit.color, plain.color));
 }
 
 TEST(ThesisPipeline, StopsWhenAskedAndWorksAfterwards) {
