@@ -2,7 +2,7 @@
 
 #include "cuda/frame_pipeline.h"
 #include "cuda/host_machine.h"
-#include "cuda/photo_tile_store.h"
+#include "cuda/photo_pass.h"
 #include "cuda/pipeline_renderer.h"
 
 namespace sherd {
@@ -13,9 +13,9 @@ std::unique_ptr<ProfilingRenderer> MakeHostLoopRenderer(const HostLoopOptions& o
       HostMachine<false>(options.memory_bytes, options.order));
 }
 
-std::unique_ptr<PhotoTileSampler> MakeHostLoopPhotoSampler(std::uint64_t pool_bytes,
-                                                           const HostLoopOptions& options) {
-  return std::make_unique<PhotoTileStore<HostMachine<false>>>(
+std::unique_ptr<ProfilingPhotoShader> MakeHostLoopPhotoShader(std::uint64_t pool_bytes,
+                                                              const HostLoopOptions& options) {
+  return std::make_unique<PhotoPass<HostMachine<false>>>(
       HostMachine<false>(options.memory_bytes, options.order), pool_bytes);
 }
 

@@ -7,7 +7,7 @@
 
 #include "cuda/kernels/block.h"
 #include "cuda/machine.h"
-#include "cuda/photo_sampler.h"
+#include "cuda/photo_shader.h"
 #include "cuda/profiling.h"
 #include "metaball/scene.h"
 
@@ -27,8 +27,8 @@ inline constexpr const char* kHostLoopDevice = "the CUDA kernels' bodies on the 
 std::unique_ptr<ProfilingRenderer> MakeHostLoopRenderer(const HostLoopOptions& options = {});
 
 // The store of photographs and its kernels; memory_bytes may cut the pool short.
-std::unique_ptr<PhotoTileSampler> MakeHostLoopPhotoSampler(std::uint64_t pool_bytes,
-                                                           const HostLoopOptions& options = {});
+std::unique_ptr<ProfilingPhotoShader> MakeHostLoopPhotoShader(std::uint64_t pool_bytes,
+                                                              const HostLoopOptions& options = {});
 
 // The operations that the kernels would do for this frame, counted.
 FrameWork CountFrameWork(const Scene& scene, const Camera& camera, const RenderSettings& settings);

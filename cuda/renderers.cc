@@ -4,7 +4,7 @@
 
 #include "cuda/cuda_renderer.h"
 #include "cuda/device_query.h"
-#include "cuda/photo_sampler.h"
+#include "cuda/photo_shader.h"
 #include "metaball/error.h"
 
 namespace sherd {
@@ -48,10 +48,10 @@ std::unique_ptr<Renderer> MakeRenderer(const DeviceChoice& choice, std::string* 
                         why);
 }
 
-std::unique_ptr<PhotoSampler> MakePhotoSampler(const Renderer& renderer) {
+std::unique_ptr<PhotoShader> MakePhotoShader(const Renderer& renderer) {
   if (renderer.gpu() == Renderer::kNoGpu) return nullptr;
   try {
-    return MakeCudaPhotoSampler(0, renderer.gpu());
+    return MakeCudaPhotoShader(0, renderer.gpu());
   } catch (const DeviceError&) {
     return nullptr;  // what it looks up, the CPU does
   } catch (const ResourceError&) {

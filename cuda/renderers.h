@@ -6,7 +6,7 @@
 
 #include "cuda/device_choice.h"
 #include "cuda/gpu_list.h"
-#include "metaball/photo/sampler.h"
+#include "metaball/photo/photo_shader.h"
 #include "metaball/renderer.h"
 
 namespace sherd {
@@ -28,6 +28,6 @@ std::unique_ptr<Renderer> MakeRenderer(const DeviceChoice& choice, std::string* 
 
 // What looks photographs up on the GPU that draws for `renderer`, in at most a quarter of the GPU's
 // free memory; null where the CPU draws or the GPU refuses.
-std::unique_ptr<PhotoSampler> MakePhotoSampler(const Renderer& renderer);
+std::unique_ptr<PhotoShader> MakePhotoShader(const Renderer& renderer);
 
 }  // namespace sherd

@@ -2,7 +2,7 @@
 #include "cuda/cuda_renderer.h"
 #include "cuda/cuda_thesis_renderer.h"
 #include "cuda/device_query.h"
-#include "cuda/photo_sampler.h"
+#include "cuda/photo_shader.h"
 #include "metaball/error.h"
 
 namespace sherd {
@@ -31,7 +31,7 @@ std::unique_ptr<ProfilingRenderer> MakeCudaThesisRenderer(const CudaDevice&,
   throw DeviceError("CUDA", 0, kReason);
 }
 
-std::unique_ptr<PhotoTileSampler> MakeCudaPhotoSampler(std::uint64_t, int) {
+std::unique_ptr<ProfilingPhotoShader> MakeCudaPhotoShader(std::uint64_t, int) {
   throw DeviceError("CUDA", 0, kReason);
 }
 

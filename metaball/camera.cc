@@ -92,21 +92,4 @@ Camera Camera::Cropped(int x0, int y0, int w, int h) const {
   return c;
 }
 
-bool Camera::Project(const Vec3d& point_in_world, double* x_px, double* y_px) const {
-  const Vec3d v = point_in_world - eye;
-  double scale = 1.0;
-  if (projection == Projection::kPerspective) {
-    const double depth = Dot(v, forward);
-    if (!(depth > 0)) return false;
-    scale = 1.0 / depth;
-  }
-  *x_px = fx * Dot(v, right) * scale + cx;
-  *y_px = fy * Dot(v, down) * scale + cy;
-  return true;
-}
-
-double Camera::PixelSizeAt(double depth) const {
-  return projection == Projection::kOrthographic ? 1.0 / fx : depth / fx;
-}
-
 }  // namespace sherd

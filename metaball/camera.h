@@ -33,9 +33,22 @@ struct Camera {
   Camera Cropped(int x0, int y0, int w, int h) const;
 
   // Pixel coordinates of a world point; false behind a perspective camera.
-  bool Project(const Vec3d& point_in_world, double* x_px, double* y_px) const;
+  SHERD_HD bool Project(const Vec3d& point_in_world, double* x_px, double* y_px) const {
+    const Vec3d v = point_in_world - eye;
+    double scale = 1.0;
+    if (projection == Projection::kPerspective) {
+      const double depth = Dot(v, forward);
+      if (!(depth > 0)) return false;
+      scale = 1.0 / depth;
+    }
+    *x_px = fx * Dot(v, right) * scale + cx;
+    *y_px = fy * Dot(v, down) * scale + cy;
+    return true;
+  }
   // World length of one pixel at `depth` along the forward axis.
-  double PixelSizeAt(double depth) const;
+  SHERD_HD double PixelSizeAt(double depth) const {
+    return projection == Projection::kOrthographic ? 1.0 / fx : depth / fx;
+  }
 };
 
 struct RayD {

@@ -15,12 +15,6 @@
 namespace sherd {
 namespace {
 
-bool SameSurface(const Surface& a, const Surface& b) {
-  return a.threshold == b.threshold && a.radius_scale == b.radius_scale && a.mode == b.mode &&
-         a.density.kind == b.density.kind && a.density.degree == b.density.degree &&
-         a.density.rate == b.density.rate && a.density.amplitude == b.density.amplitude;
-}
-
 class LodRenderer final : public Renderer {
  public:
   LodRenderer(std::unique_ptr<Renderer> inner, double pixels)
@@ -76,7 +70,7 @@ class LodRenderer final : public Renderer {
   }
 
   LevelsOfDetail& LevelsOf(const Scene& scene, int threads) {
-    if (!levels_ || !cloud_.Is(scene.cloud) || !SameSurface(surface_, scene.surface)) {
+    if (!levels_ || !cloud_.Is(scene.cloud) || surface_ != scene.surface) {
       levels_.reset();
       levels_.emplace(*scene.cloud, scene.surface, threads);
       cloud_ = CloudVersion(scene.cloud);

@@ -32,6 +32,7 @@ struct Surface {
   double radius_scale = 1.0;  // > 0; multiplies every radius
   DensityModel density;
   ThresholdMode mode = ThresholdMode::kUniform;
+  friend bool operator==(const Surface&, const Surface&) = default;
 };
 
 // thesis 3.7: min(1, C * ambient + C * diffuse * max(0, n . l)).

@@ -1,5 +1,5 @@
 // Pixels that show the surface from its back: through a hole into the inside, or a lone metaball
-// whose normal is wrong. Internal to reconstruction/.
+// whose normal is wrong (metaball/photo/back_face.h). Internal to reconstruction/.
 #pragma once
 
 #include <cstdint>
@@ -7,20 +7,15 @@
 
 #include "metaball/camera.h"
 #include "metaball/frame.h"
+#include "metaball/photo/sheet_view.h"
 #include "metaball/vec.h"
-#include "reconstruction/level.h"
-#include "reconstruction/surface_point.h"
 
 namespace sherd {
 
-// Where the surface would be that such pixels should have shown: depth and normal of the pixels
-// around that show a front, carried across by the pull-push of Gortler, Grzeszczuk, Szeliski and
-// Cohen (1996, section 3.4.2).
 class BackFaces {
  public:
-  // frame: with depth, normal and id planes, of the level and camera.
-  BackFaces(const Level& level, const SurfaceSampler& sampler, const Camera& camera,
-            const Frame& frame);
+  // frame: with depth, normal and id planes, of the sheet's metaballs and the camera.
+  BackFaces(const SheetView& sheet, const Camera& camera, const Frame& frame);
 
   struct Pixel {
     std::uint32_t pixel = 0;  // into the frame

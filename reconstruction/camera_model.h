@@ -8,31 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include "metaball/photo/lens.h"
 #include "metaball/vec.h"
 
 namespace sherd {
-
-// The numbers are those of cameras.bin.
-enum class CameraModelId : int {
-  kSimplePinhole = 0,
-  kPinhole = 1,
-  kSimpleRadial = 2,
-  kRadial = 3,
-  kOpenCv = 4,
-  kOpenCvFisheye = 5,
-  kFullOpenCv = 6,
-  kFov = 7,
-  kSimpleRadialFisheye = 8,
-  kRadialFisheye = 9,
-  kThinPrismFisheye = 10,
-  kRadTanThinPrismFisheye = 11,
-  kSimpleDivision = 12,
-  kDivision = 13,
-  kSimpleFisheye = 14,
-  kFisheye = 15,
-  kEucm = 16,
-  kEquirectangular = 17,
-};
 
 // Number of parameters of a model; nullopt for an id this program does not know.
 std::optional<int> NumParameters(int model_id);

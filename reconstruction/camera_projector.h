@@ -14,18 +14,20 @@ class CameraProjector {
   explicit CameraProjector(const SurveyCamera& camera);
 
   // As SurveyCamera::Project.
-  bool Project(const Vec3d& point_in_camera, double* x, double* y) const;
+  bool Project(const Vec3d& point_in_camera, double* x, double* y) const {
+    return lens_.Project(point_in_camera, x, y);
+  }
   // As SurveyCamera::Unproject.
   bool Unproject(double x, double y, Vec3d* direction_in_camera) const;
 
   // The largest undistorted radius (tangent of the angle for the pinhole family, the angle in
   // radians for the fisheye family) that is projected; infinity where the model has no limit.
-  double radius_limit() const { return distortion_.radius_limit(); }
+  double radius_limit() const { return lens_.radius_limit; }
+  const Lens& lens() const { return lens_; }
 
  private:
-  CameraModelId model_;
-  double fx_ = 1, fy_ = 1, cx_ = 0, cy_ = 0;
   LensDistortion distortion_;
+  Lens lens_;
 };
 
 }  // namespace sherd

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "metaball/photo/filter.h"
 #include "reconstruction/photo_set.h"
 
 namespace sherd {

@@ -2,9 +2,9 @@
 // Internal to reconstruction/.
 #pragma once
 
-#include <array>
 #include <vector>
 
+#include "metaball/photo/lens.h"
 #include "reconstruction/camera_model.h"
 
 namespace sherd {
@@ -19,7 +19,7 @@ class LensDistortion {
   LensDistortion(CameraModelId model, const std::vector<double>& parameters);
 
   // False beyond radius_limit() and where a rational model has no value.
-  bool Apply(double u, double v, double* x, double* y) const;
+  bool Apply(double u, double v, double* x, double* y) const { return lens_.Distort(u, v, x, y); }
   // The (u, v) within radius_limit() that Apply takes to (x, y), to about 1e-11; false where there
   // is none.
   bool Invert(double x, double y, double* u, double* v) const;
@@ -27,21 +27,15 @@ class LensDistortion {
   // How far from the axis the distortion is one-to-one, in every direction: where its determinant
   // first vanishes. Beyond, a polynomial folds points from far outside the field of view back into
   // the picture, which COLMAP itself does not stop. Infinity where there is no such place.
-  double radius_limit() const { return radius_limit_; }
-  // What stands after focal lengths and principal point, in COLMAP's order; 0 beyond.
-  const std::array<double, 12>& coefficients() const { return k_; }
+  double radius_limit() const { return lens_.radius_limit; }
+  // Model, coefficients and limit; focal lengths 1, principal point 0.
+  const Lens& lens() const { return lens_; }
 
  private:
   // The length of (u, v) that the radial terms alone take to `distorted`; negative: there is none.
   double InvertRadial(double distorted) const;
 
-  CameraModelId model_;
-  std::array<double, 12> k_{};
-  bool identity_ = false;
-  double radius_limit_;
+  Lens lens_;
 };
-
-// (u, v) is an angle times a direction.
-bool IsFisheye(CameraModelId model);
 
 }  // namespace sherd

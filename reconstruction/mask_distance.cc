@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 #include "metaball/error.h"
@@ -19,24 +17,24 @@ MaskDistance::MaskDistance(const std::string& path, const SurveyCamera& camera,
   const double cell = std::max(
       {1.0, std::max(width, height) / kLargestSide,
        std::sqrt(width * height / static_cast<double>(std::max<std::size_t>(1, max_bytes)))});
-  columns_ = std::max(1, static_cast<int>(width / cell));
-  rows_ = std::max(1, static_cast<int>(height / cell));
-  cells_per_px_x_ = columns_ / width;
-  cells_per_px_y_ = rows_ / height;
-  cell_px_ = 1 / std::max(cells_per_px_x_, cells_per_px_y_);
+  const int columns = grid_.columns = std::max(1, static_cast<int>(width / cell));
+  const int rows = grid_.rows = std::max(1, static_cast<int>(height / cell));
+  grid_.cells_per_px_x = columns / width;
+  grid_.cells_per_px_y = rows / height;
+  grid_.cell_px = 1 / std::max(grid_.cells_per_px_x, grid_.cells_per_px_y);
 
-  cv::Mat clear(rows_, columns_, CV_8U, cv::Scalar(255));
+  cv::Mat clear(rows, columns, CV_8U, cv::Scalar(255));
   bool any = false;
   // Every cell that a black pixel touches: the mask may be finer or coarser than the grid.
   const std::int64_t mask_width = mask.width(), mask_height = mask.height();
   for (std::int64_t y = 0; y < mask_height; ++y) {
-    const auto top = static_cast<int>(y * rows_ / mask_height);
-    const auto bottom = static_cast<int>(((y + 1) * rows_ - 1) / mask_height);
+    const auto top = static_cast<int>(y * rows / mask_height);
+    const auto bottom = static_cast<int>(((y + 1) * rows - 1) / mask_height);
     for (std::int64_t x = 0; x < mask_width; ++x) {
       if (!mask.IgnoresPixel(static_cast<int>(x), static_cast<int>(y))) continue;
       any = true;
-      const auto left = static_cast<int>(x * columns_ / mask_width);
-      const auto right = static_cast<int>(((x + 1) * columns_ - 1) / mask_width);
+      const auto left = static_cast<int>(x * columns / mask_width);
+      const auto right = static_cast<int>(((x + 1) * columns - 1) / mask_width);
       for (int row = top; row <= bottom; ++row) {
         std::fill(clear.ptr(row) + left, clear.ptr(row) + right + 1, std::uint8_t{0});
       }
@@ -45,33 +43,13 @@ MaskDistance::MaskDistance(const std::string& path, const SurveyCamera& camera,
   if (!any) return;
   cv::Mat distance;
   cv::distanceTransform(clear, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
-  quarters_.reserve(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
-  for (int row = 0; row < rows_; ++row) {
+  quarters_.reserve(grid_.cells());
+  for (int row = 0; row < rows; ++row) {
     const float* const cells = distance.ptr<float>(row);
-    for (int column = 0; column < columns_; ++column) {
+    for (int column = 0; column < columns; ++column) {
       quarters_.push_back(static_cast<std::uint8_t>(std::min(255.0f, 4 * cells[column])));
     }
   }
-}
-
-double MaskDistance::At(double x, double y) const {
-  if (quarters_.empty()) return std::numeric_limits<double>::infinity();
-  x = std::clamp(x * cells_per_px_x_ - 0.5, 0.0, static_cast<double>(columns_ - 1));
-  y = std::clamp(y * cells_per_px_y_ - 0.5, 0.0, static_cast<double>(rows_ - 1));
-  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
-  const int x1 = std::min(x0 + 1, columns_ - 1), y1 = std::min(y0 + 1, rows_ - 1);
-  const double fx = x - x0, fy = y - y0;
-  const auto at = [&](int column, int row) {
-    return quarters_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                     static_cast<std::size_t>(column)] /
-           4.0;
-  };
-  const double top = at(x0, y0) * (1 - fx) + at(x1, y0) * fx;
-  const double bottom = at(x0, y1) * (1 - fx) + at(x1, y1) * fx;
-  // Half a cell's diagonal for where in the black cell its pixel lies, and as much for where
-  // between the centres the place does.
-  const double cells = top * (1 - fy) + bottom * fy - std::numbers::sqrt2;
-  return std::max(0.0, cells) * cell_px_;
 }
 
 MaskDistances::MaskDistances(const Survey& survey, std::size_t max_bytes) : survey_(survey) {

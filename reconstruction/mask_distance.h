@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "metaball/control.h"
+#include "metaball/photo/mask_distance_view.h"
 #include "reconstruction/survey.h"
 
 namespace sherd {
@@ -25,17 +26,20 @@ class MaskDistance {
   // From (x, y), in the picture, to the nearest black pixel of the mask: never more than it is, and
   // less by at most four cells, save that nothing above 62 cells is told. 0 on a black pixel;
   // infinity where the mask has none.
-  double At(double x, double y) const;
+  double At(double x, double y) const { return view().At(x, y); }
 
-  double cell_px() const { return cell_px_; }  // the shorter side
+  // Valid while this lives and is not moved.
+  MaskDistanceView view() const {
+    MaskDistanceView view = grid_;
+    view.quarters = quarters_.empty() ? nullptr : quarters_.data();
+    return view;
+  }
+  double cell_px() const { return grid_.cell_px; }  // the shorter side
   std::size_t MemoryBytes() const { return quarters_.capacity(); }
 
  private:
-  int columns_ = 1, rows_ = 1;
-  double cells_per_px_x_ = 1, cells_per_px_y_ = 1, cell_px_ = 1;
-  // From centre to centre of cells, in quarters of a cell; a cell with a black pixel is black. No
-  // entries: nothing is.
-  std::vector<std::uint8_t> quarters_;
+  MaskDistanceView grid_;               // all but the entries
+  std::vector<std::uint8_t> quarters_;  // none: nothing is black
 };
 
 // Those of a survey's photographs, each read once. Without masks nothing is held or done.

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "metaball/error.h"
+#include "metaball/photo/filter.h"
 #include "metaball/stopwatch.h"
 #include "reconstruction/parallel.h"
 #include "reconstruction/photo_exposure.h"

@@ -14,6 +14,7 @@ PhotoSet::PhotoSet(const Survey& survey, std::size_t max_bytes,
       masks_(survey, max_bytes / 16),
       store_(max_bytes - masks_.max_bytes()),
       views_(survey.photographs.size()),
+      cameras_(survey.photographs.size()),
       tried_(survey.photographs.size(), false),
       left_out_(survey.photographs.size(), false),
       used_(survey.photographs.size(), false) {
@@ -32,6 +33,7 @@ void PhotoSet::Prepare(const std::vector<bool>& needed, const Control& control) 
     tried_[i] = true;
     try {
       views_[i].emplace(survey_, i);
+      cameras_[i] = views_[i]->camera();
     } catch (const InputError& error) {
       problems_.push_back(error.what());
     }
@@ -39,61 +41,41 @@ void PhotoSet::Prepare(const std::vector<bool>& needed, const Control& control) 
   std::vector<bool> shown(views_.size());
   for (std::size_t i = 0; i < views_.size(); ++i) shown[i] = needed[i] && views_[i];
   masks_.Read(shown, control);
-}
-
-double PhotoSet::Unmasked(const PhotoLookup& lookup, const Vec3d& point) const {
-  const MaskDistance* const mask = masks_.Of(lookup.photo);
-  if (!mask) return 1;
-  const PhotoView& view = *views_[lookup.photo];
-  double x, y;
-  if (!view.ProjectIntoOriginal(point, &x, &y)) return 0;
-  const double distance = mask->At(x, y) / view.original_px_per_px();
-  return std::clamp((distance - FootprintReach(lookup)) / SurroundingsWidth(lookup), 0.0, 1.0);
-}
-
-std::vector<PhotoSet::Group> PhotoSet::GroupsOf(const std::vector<PhotoLookup>& lookups) const {
-  std::vector<std::size_t> count(views_.size(), 0);
-  for (const PhotoLookup& lookup : lookups) ++count[lookup.photo];
-  std::vector<Group> groups;
-  std::vector<std::size_t> group_of(views_.size());
-  for (std::size_t photo = 0; photo < views_.size(); ++photo) {
-    if (count[photo] == 0 || !views_[photo]) continue;
-    group_of[photo] = groups.size();
-    groups.push_back({static_cast<std::uint32_t>(photo), 30, {}});
-    groups.back().idx.reserve(count[photo]);
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const MaskDistance* const mask = masks_.Of(i);
+    if (!mask) continue;
+    if (masks_of_.empty()) masks_of_.resize(views_.size());
+    masks_of_[i] = mask->view();
   }
-  for (std::size_t i = 0; i < lookups.size(); ++i) {
-    if (!views_[lookups[i].photo]) continue;
-    Group& group = groups[group_of[lookups[i].photo]];
-    group.finest = std::min<int>(group.finest, lookups[i].level);
-    group.idx.push_back(static_cast<std::uint32_t>(i));
-  }
-  return groups;
 }
 
-void PhotoSet::Decode(
-    std::vector<Group> groups, const char* what,
-    const std::function<void(const Group& group, const PhotoPyramid& pyramid)>& visit,
-    const Control& control) {
-  const auto request_of = [&](const Group& group) {
-    const PhotoView& view = *views_[group.photo];
-    return PhotoStore::Request{view.path(), view.width(), view.height(), group.finest};
-  };
+void PhotoSet::Decode(std::span<const PhotoRequest> requests, const char* what,
+                      const std::function<void(std::size_t i, const PhotoPyramid* pyramid)>& visit,
+                      const Control& control) {
+  std::vector<PhotoStore::Request> files;
+  for (const PhotoRequest& request : requests) {
+    const PhotoView& view = *views_[request.photo];
+    files.push_back({view.path(), view.width(), view.height(), request.finest});
+  }
   // First what is held already: the others may take its room.
-  std::stable_partition(groups.begin(), groups.end(),
-                        [&](const Group& group) { return store_.Holds(request_of(group)); });
-  std::vector<PhotoStore::Request> requests;
-  for (const Group& group : groups) requests.push_back(request_of(group));
-  for (std::size_t r = 0; r < requests.size();) {
-    control.Report(what, static_cast<double>(r) / static_cast<double>(requests.size()));
-    for (const auto& pyramid : store_.Fetch(requests, r, control, &problems_)) {
-      const Group& group = groups[r++];
+  std::vector<std::size_t> order(requests.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_partition(order.begin(), order.end(),
+                        [&](std::size_t i) { return store_.Holds(files[i]); });
+  std::vector<PhotoStore::Request> ordered;
+  for (const std::size_t i : order) ordered.push_back(files[i]);
+  for (std::size_t r = 0; r < ordered.size();) {
+    control.Report(what, static_cast<double>(r) / static_cast<double>(ordered.size()));
+    for (const auto& pyramid : store_.Fetch(ordered, r, control, &problems_)) {
+      const std::size_t i = order[r++];
+      const std::uint32_t photo = requests[i].photo;
       if (pyramid) {
-        used_[group.photo] = true;
-        visit(group, *pyramid);
+        used_[photo] = true;
       } else {
-        views_[group.photo].reset();
+        views_[photo].reset();
+        cameras_[photo].usable = false;
       }
+      visit(i, pyramid.get());
     }
   }
 }
@@ -102,61 +84,52 @@ void PhotoSet::Visit(const std::vector<PhotoLookup>& lookups, const char* what,
                      const std::function<void(std::size_t i, const PhotoPyramid& pyramid)>& visit,
                      const Control& control) {
   constexpr std::size_t kBlock = 2048;
+  constexpr std::size_t kNone = ~std::size_t{0};
+  std::vector<PhotoRequest> requests;
+  std::vector<std::vector<std::uint32_t>> idx;  // into the lookups, by request
+  std::vector<std::size_t> request_of(views_.size(), kNone);
+  for (std::size_t i = 0; i < lookups.size(); ++i) {
+    const PhotoLookup& lookup = lookups[i];
+    if (!views_[lookup.photo]) continue;
+    std::size_t& at = request_of[lookup.photo];
+    if (at == kNone) {
+      at = requests.size();
+      requests.push_back({lookup.photo, lookup.level});
+      idx.emplace_back();
+    }
+    requests[at].finest = std::min<int>(requests[at].finest, lookup.level);
+    idx[at].push_back(static_cast<std::uint32_t>(i));
+  }
   Decode(
-      GroupsOf(lookups), what,
-      [&](const Group& group, const PhotoPyramid& pyramid) {
+      requests, what,
+      [&](std::size_t r, const PhotoPyramid* pyramid) {
+        if (!pyramid) return;
         ParallelBlocks(
-            group.idx.size(), kBlock,
+            idx[r].size(), kBlock,
             [&](std::size_t from, std::size_t to) {
-              for (std::size_t k = from; k < to; ++k) visit(group.idx[k], pyramid);
+              for (std::size_t k = from; k < to; ++k) visit(idx[r][k], *pyramid);
             },
             control);
       },
       control);
 }
 
-void PhotoSet::Sample(const std::vector<PhotoLookup>& lookups, const char* what,
-                      PhotoSampler* sampler, std::vector<PhotoColors>* colors,
-                      std::vector<char>* there, const Control& control) {
-  colors->assign(lookups.size(), {});
-  there->assign(lookups.size(), 0);
-  std::vector<PhotoLookup> own;
-  std::vector<PhotoColors> sampled;
-  const auto gather = [&](const Group& group) {
-    own.clear();
-    for (const std::uint32_t i : group.idx) own.push_back(lookups[i]);
-  };
-  const auto sample = [&](const Group& group, const PhotoExtent& extent,
-                          const PhotoPyramid* pyramid) {
-    sampled.resize(own.size());
-    sampler->Sample(extent, pyramid, own, sampled.data(), control);
-    for (std::size_t k = 0; k < own.size(); ++k) {
-      (*colors)[group.idx[k]] = sampled[k];
-      (*there)[group.idx[k]] = 1;
-    }
-  };
-  const auto extent_of = [&](const Group& group) {
-    const PhotoView& view = *views_[group.photo];
-    return PhotoExtent{group.photo, view.width(), view.height(), group.finest};
-  };
-  // First what the sampler still holds: the others may make it let go of that.
-  std::vector<Group> rest;
-  for (Group& group : GroupsOf(lookups)) {
-    gather(group);
-    if (sampler->NeedsPixels(extent_of(group), own, control)) {
-      rest.push_back(std::move(group));
+void PhotoSet::Fetch(std::span<const PhotoRequest> requests,
+                     const std::function<void(std::size_t i, const PhotoPyramid* pyramid)>& visit,
+                     const Control& control) {
+  std::vector<PhotoRequest> known;
+  std::vector<std::size_t> at;
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    if (views_[requests[i].photo]) {
+      known.push_back(requests[i]);
+      at.push_back(i);
     } else {
-      used_[group.photo] = true;
-      sample(group, extent_of(group), nullptr);
+      visit(i, nullptr);
     }
   }
   Decode(
-      std::move(rest), what,
-      [&](const Group& group, const PhotoPyramid& pyramid) {
-        gather(group);
-        sample(group, extent_of(group), &pyramid);
-      },
-      control);
+      known, "projecting the photographs",
+      [&](std::size_t k, const PhotoPyramid* pyramid) { visit(at[k], pyramid); }, control);
 }
 
 std::uint64_t PhotoSet::used() const {

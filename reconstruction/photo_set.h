@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "metaball/control.h"
-#include "metaball/photo/sampler.h"
+#include "metaball/photo/photo_choice.h"
+#include "metaball/photo/photo_shader.h"
 #include "reconstruction/mask_distance.h"
 #include "reconstruction/photo_store.h"
 #include "reconstruction/photo_view.h"
@@ -16,7 +18,7 @@
 
 namespace sherd {
 
-class PhotoSet {
+class PhotoSet final : public PhotoPixels {
  public:
   // max_bytes: of pixels held at any time, a sixteenth of it for masks where there are any.
   // leave_out: never looked up. The survey must outlive it.
@@ -34,23 +36,32 @@ class PhotoSet {
     return photo < views_.size() && views_[photo] ? &*views_[photo] : nullptr;
   }
 
-  // The weight that the mask of lookup.photo, which has a view, leaves a lookup at `point`: 0 where
-  // SampleFootprint would look at a black pixel, growing to 1 over the width of its surroundings.
-  // 1 without a mask.
-  double Unmasked(const PhotoLookup& lookup, const Vec3d& point) const;
+  // The photographs as they are chosen from, those of `candidates`, which must live on as the
+  // sights must. Valid until the next Prepare, Visit or Fetch.
+  PhotosView ViewOf(std::span<const SightMap> sights,
+                    std::span<const std::uint32_t> candidates) const {
+    return {cameras_.data(), sights.data(), masks_of_.empty() ? nullptr : masks_of_.data(),
+            candidates.data(), static_cast<std::uint32_t>(candidates.size())};
+  }
+  std::span<const PhotoCamera> cameras() const { return cameras_; }
+  std::span<const MaskDistanceView> masks() const { return masks_of_; }  // none, or one each
+  // The weight that its mask leaves a lookup (PhotosView).
+  double Unmasked(const PhotoLookup& lookup, const Vec3d& point) const {
+    return ViewOf({}, {}).Unmasked(lookup, point);
+  }
 
   // Calls visit(i, pyramid) once for every lookup whose photograph can be read, each photograph
   // decoded once, in parallel: two calls for one photograph may run at once. `what` is reported.
   void Visit(const std::vector<PhotoLookup>& lookups, const char* what,
              const std::function<void(std::size_t i, const PhotoPyramid& pyramid)>& visit,
              const Control& control);
-  // Asks `sampler` for the colours of every lookup whose photograph can be read; there[i]: it
-  // could. Photographs are decoded only where the sampler needs their pixels.
-  void Sample(const std::vector<PhotoLookup>& lookups, const char* what, PhotoSampler* sampler,
-              std::vector<PhotoColors>* colors, std::vector<char>* there, const Control& control);
+  void Fetch(std::span<const PhotoRequest> requests,
+             const std::function<void(std::size_t i, const PhotoPyramid* pyramid)>& visit,
+             const Control& control) override;
 
-  // Photographs that Visit and Sample have looked into since the last ClearUsed.
+  // Photographs that Visit and Fetch have decoded since the last ClearUsed.
   std::uint64_t used() const;
+  const std::vector<bool>& used_photos() const { return used_; }
   void ClearUsed() { used_.assign(views_.size(), false); }
   std::uint64_t unreadable() const;
   const std::vector<std::string>& problems() const { return problems_; }  // one line each
@@ -59,23 +70,17 @@ class PhotoSet {
   std::vector<std::string> Warnings() const;
 
  private:
-  // Lookups by photograph, of those that have a view.
-  struct Group {
-    std::uint32_t photo = 0;
-    int finest = 0;                  // the finest level among them
-    std::vector<std::uint32_t> idx;  // into the lookups
-  };
-  std::vector<Group> GroupsOf(const std::vector<PhotoLookup>& lookups) const;
-  // Decodes the groups' photographs, as many at a time as fit, and calls visit(group, pyramid) for
-  // each that can be read.
-  void Decode(std::vector<Group> groups, const char* what,
-              const std::function<void(const Group& group, const PhotoPyramid& pyramid)>& visit,
+  // Decodes the photographs, as many at a time as fit.
+  void Decode(std::span<const PhotoRequest> requests, const char* what,
+              const std::function<void(std::size_t i, const PhotoPyramid* pyramid)>& visit,
               const Control& control);
 
   const Survey& survey_;
   MaskDistances masks_;
   PhotoStore store_;
   std::vector<std::optional<PhotoView>> views_;
+  std::vector<PhotoCamera> cameras_;        // of the views; not usable where there is none
+  std::vector<MaskDistanceView> masks_of_;  // none where no photograph has one
   std::vector<bool> tried_, left_out_, used_;
   std::vector<std::string> problems_;
 };

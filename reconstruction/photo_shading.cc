@@ -1,21 +1,28 @@
 // Deferred shading of a finished frame from the photographs.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <list>
 #include <memory>
+#include <utility>
 
 #include "metaball/appearance/light_view.h"
 #include "metaball/error.h"
 #include "metaball/local_view.h"
+#include "metaball/photo/photo_blend.h"
+#include "metaball/photo/photo_choice.h"
+#include "metaball/photo/photo_shader.h"
+#include "metaball/photo/viewed_point.h"
 #include "metaball/stopwatch.h"
 #include "reconstruction/back_faces.h"
+#include "reconstruction/level_digest.h"
+#include "reconstruction/level_sheet.h"
 #include "reconstruction/parallel.h"
+#include "reconstruction/photo_candidates.h"
 #include "reconstruction/photo_exposure.h"
-#include "reconstruction/photo_selection.h"
 #include "reconstruction/photo_set.h"
 #include "reconstruction/photographs.h"
 #include "reconstruction/surface_depths.h"
-#include "reconstruction/surface_point.h"
 
 namespace sherd {
 namespace {
@@ -24,21 +31,10 @@ namespace {
 // as the squares beside them.
 constexpr int kSquare = 512;
 constexpr std::size_t kBlock = 1024;
-// The photographs a picture may use: the nearest by direction at points of a grid over it.
-constexpr int kGridPixels = 24;
-constexpr std::size_t kNearestAtPoint = 12;
 constexpr std::size_t kMostLevels = 4;  // whose depth maps are kept
 // Places at which exposures are compared, and photographs that look at each.
 constexpr std::size_t kExposurePlaces = 8000;
 constexpr std::size_t kExposurePhotos = 8;
-// What is finer than a lookup's surroundings is taken from the best photograph almost alone, what
-// is coarser is blended from all (Burt and Adelson's idea with two bands, over weights instead of
-// masks).
-constexpr float kSharpness = 3;  // exponent of the fine band's weights
-// A photograph whose surroundings differ from the others' median by this much (natural logarithm)
-// has half its weight.
-constexpr float kDisagreement = 0.35f;
-
 struct Square {
   std::vector<std::uint32_t> pixel;  // of each hit
   std::vector<std::uint32_t> begin;  // lookups of hit i: begin[i] .. begin[i + 1]
@@ -49,61 +45,68 @@ struct Square {
 
 Vec3f Times(const Vec3f& a, const Vec3f& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 
-float LumaOf(const Vec3f& c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
-
 // The colour that the lookups of hit i make; false without any.
 bool Blend(const Square& square, std::size_t i, Vec3f* color) {
-  float weight[kMostPhotos], luma[kMostPhotos];
-  std::size_t n = 0, at[kMostPhotos];
-  float most = 0;
+  float weight[kMostPhotos];
+  PhotoColors colors[kMostPhotos];
+  int n = 0;
   for (std::size_t j = square.begin[i]; j < square.begin[i + 1]; ++j) {
     if (!square.there[j]) continue;
     weight[n] = square.lookups[j].weight;
-    luma[n] = std::log(0.01f + LumaOf(square.colors[j].surroundings));
-    most = std::max(most, weight[n]);
-    at[n++] = j;
+    colors[n++] = square.colors[j];
   }
-  if (n == 0) return false;
-  // The weighted median, each photograph's say between the square root of its weight and it.
-  std::size_t order[kMostPhotos];
-  for (std::size_t k = 0; k < n; ++k) order[k] = k;
-  std::sort(order, order + n, [&](std::size_t a, std::size_t b) { return luma[a] < luma[b]; });
-  float total = 0, passed = 0, median = luma[order[0]];
-  for (std::size_t k = 0; k < n; ++k) total += std::sqrt(weight[k] / most);
-  for (std::size_t k = 0; k < n; ++k) {
-    const float w = std::sqrt(weight[order[k]] / most);
-    passed += w;
-    if (passed >= total / 2) {
-      median = luma[order[k]];
-      break;
-    }
-  }
-  if (n > 2) {
-    for (std::size_t k = 0; k < n; ++k) {
-      const float off = (luma[k] - median) / kDisagreement;
-      weight[k] /= 1 + off * off;
-    }
-  }
-  Vec3f coarse{}, fine{};
-  float coarse_weight = 0, fine_weight = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const PhotoColors& c = square.colors[at[k]];
-    const float sharp = std::pow(weight[k] / most, kSharpness);
-    coarse += c.surroundings * weight[k];
-    coarse_weight += weight[k];
-    fine += (c.footprint - c.surroundings) * sharp;
-    fine_weight += sharp;
-  }
-  const Vec3f c = coarse * (1 / coarse_weight) + fine * (1 / std::max(fine_weight, 1e-30f));
-  *color = {std::max(c.x, 0.0f), std::max(c.y, 0.0f), std::max(c.z, 0.0f)};
-  return true;
+  if (n > 0) *color = BlendPhotos(weight, colors, n);
+  return n > 0;
 }
 
-// What belongs to one cloud and surface: kept from picture to picture.
+// SheetView::ShareOf of all photographs at once: a list is quicker than a walk for each.
+class PhotoShares {
+ public:
+  explicit PhotoShares(const SheetView& sheet) : sheet_(sheet) {}
+
+  void Clear() {
+    shares_.clear();
+    total_ = 0;
+  }
+  void Add(std::uint32_t i, float weight) {
+    if (!sheet_.photo_begin) return;
+    total_ += weight;
+    for (std::uint32_t j = sheet_.photo_begin[i]; j < sheet_.photo_begin[i + 1]; ++j) {
+      const std::uint16_t photo = sheet_.photo_idx[j];
+      const auto known = std::find_if(shares_.begin(), shares_.end(),
+                                      [&](const Share& share) { return share.photo == photo; });
+      if (known == shares_.end()) {
+        shares_.push_back({photo, weight});
+      } else {
+        known->seen += weight;
+      }
+    }
+  }
+  float Of(std::uint32_t photo) const {
+    for (const Share& share : shares_) {
+      if (share.photo == photo) return share.seen > 0 ? share.seen / total_ : 0;
+    }
+    return 0;
+  }
+
+ private:
+  struct Share {
+    std::uint16_t photo;
+    float seen;
+  };
+  const SheetView& sheet_;
+  std::vector<Share> shares_;
+  float total_ = 0;
+};
+
+// What belongs to one level and surface: kept from picture to picture.
 struct KnownLevel {
-  std::uint64_t key = 0;
+  std::uint64_t id = 0;      // of no other
+  std::uint64_t digest = 0;  // DigestOf
+  std::weak_ptr<const Level> level;
+  Surface surface;
   std::unique_ptr<SurfaceDepths> depths;
-  std::unique_ptr<SurfaceSampler> sampler;
+  std::shared_ptr<const SupportIndex> index;  // of the sheet, which other surfaces share
 };
 
 }  // namespace
@@ -112,40 +115,56 @@ struct PhotographShader::Impl {
   Impl(const Survey& survey, const PhotoShadingOptions& o)
       : options(o),
         bytes(static_cast<std::size_t>(std::max(1, o.memory_mb)) << 20),
-        photos(survey, bytes - bytes / 4, o.leave_out),
-        cpu(MakeCpuPhotoSampler()) {}
+        photos(survey, bytes - bytes / 4, o.leave_out) {}
 
   const PhotoShadingOptions options;
   const std::size_t bytes;
-  PhotoSet photos;                            // three quarters of the memory
-  std::list<KnownLevel> known;                // one quarter; the one used last first
-  std::vector<Vec3f> gain;                    // by photograph; empty until they are known
-  std::unique_ptr<PhotoSampler> cpu, device;  // the device where there is one
-  std::string device_lost;                    // why it was given up
+  PhotoSet photos;              // three quarters of the memory
+  std::list<KnownLevel> known;  // one quarter; the one used last first
+  std::uint64_t levels_known = 0;
+  std::vector<Vec3f> gain;              // by photograph; empty until they are known
+  std::unique_ptr<PhotoShader> device;  // where there is one
+  std::string device_lost;              // why it was given up
 
-  KnownLevel& Known(const Level& level, const Surface& surface);
+  KnownLevel& Known(const std::shared_ptr<const Level>& level, const Surface& surface);
   void FindGains(const Level& level, SurfaceDepths* depths, const Control& control);
-  std::vector<std::uint32_t> Candidates(const SurfaceDepths& depths, const Camera& camera,
-                                        const Frame& frame) const;
-  void Select(const PhotoSelector& selector, const SurfaceSampler& sampler, const BackFaces& backs,
-              const Level& level, const Camera& camera, const Frame& frame, Square* square,
-              const Control& control) const;
+  PhotoCounts ShadeOnCpu(const PhotoScene& scene, const Camera& camera, Frame* frame,
+                         const Control& control);
+  void Select(const PhotoScene& scene, const BackFaces& backs, const Camera& camera,
+              const Frame& frame, Square* square, const Control& control) const;
   void Sample(Square* square, const Control& control);
 };
 
-KnownLevel& PhotographShader::Impl::Known(const Level& level, const Surface& surface) {
-  const std::uint64_t key = SurfaceDepths::KeyOf(level, surface);
-  const auto found =
-      std::find_if(known.begin(), known.end(), [&](const KnownLevel& k) { return k.key == key; });
-  if (found != known.end()) {
-    known.splice(known.begin(), known, found);
-  } else {
-    if (known.size() == kMostLevels) known.pop_back();
-    known.push_front(
-        {key,
-         std::make_unique<SurfaceDepths>(photos.survey(), level, surface, bytes / 4 / kMostLevels),
-         std::make_unique<SurfaceSampler>(level.cloud)});
-  }
+KnownLevel& PhotographShader::Impl::Known(const std::shared_ptr<const Level>& level,
+                                          const Surface& surface) {
+  const auto to_front = [&](std::list<KnownLevel>::iterator it) {
+    known.splice(known.begin(), known, it);
+    known.front().level = level;
+    return std::ref(known.front());
+  };
+  const auto is_level = [&](const KnownLevel& k) { return k.level.lock() == level; };
+  auto found = std::find_if(known.begin(), known.end(), [&](const KnownLevel& k) {
+    return is_level(k) && k.surface == surface;
+  });
+  if (found != known.end()) return to_front(found);
+  // A level that was read anew is the one of before.
+  const std::uint64_t digest = DigestOf(*level, surface);
+  found = std::find_if(known.begin(), known.end(),
+                       [&](const KnownLevel& k) { return k.digest == digest; });
+  if (found != known.end()) return to_front(found);
+  const auto other = std::find_if(known.begin(), known.end(), is_level);
+  KnownLevel added;
+  added.id = ++levels_known;
+  added.digest = digest;
+  added.level = level;
+  added.surface = surface;
+  added.depths =
+      std::make_unique<SurfaceDepths>(photos.survey(), *level, surface, bytes / 4 / kMostLevels);
+  added.index = other != known.end()
+                    ? other->index
+                    : std::make_shared<const SupportIndex>(IndexOfSheet(level->cloud));
+  if (known.size() == kMostLevels) known.pop_back();
+  known.push_front(std::move(added));
   return known.front();
 }
 
@@ -199,7 +218,8 @@ void PhotographShader::Impl::FindGains(const Level& level, SurfaceDepths* depths
     } else {
       for (std::uint32_t photo = 0; photo < photos.size(); ++photo) {
         const Vec3f normal = normals ? level.normal[i] : Vec3f{};
-        if (depths->At(photo, center, normal, 3 * spacing).visible > 0.99f) add(photo);
+        const PhotoSight sight = depths->sights()[photo].At(center, normal, 3 * spacing);
+        if (sight.visible > 0.99f) add(photo);
       }
     }
     ++place;
@@ -220,91 +240,37 @@ void PhotographShader::Impl::FindGains(const Level& level, SurfaceDepths* depths
   gain = EvenExposures(kept, place, photos.size());
 }
 
-std::vector<std::uint32_t> PhotographShader::Impl::Candidates(const SurfaceDepths& depths,
-                                                              const Camera& camera,
-                                                              const Frame& frame) const {
-  std::vector<std::uint32_t> all;
-  for (std::uint32_t i = 0; i < photos.size(); ++i) {
-    if (photos.View(i)) all.push_back(i);
-  }
-  if (all.size() <= kNearestAtPoint) return all;
-  const PhotoSelector selector(photos, depths, all);
-  const int columns = (frame.width + kGridPixels - 1) / kGridPixels;
-  const int rows = (frame.height + kGridPixels - 1) / kGridPixels;
-  std::vector<std::vector<std::uint32_t>> nearest(static_cast<std::size_t>(rows));
-  ParallelBlocks(static_cast<std::size_t>(rows), 1, [&](std::size_t row, std::size_t) {
-    for (int column = 0; column < columns; ++column) {
-      // The first hit of the cell.
-      bool found = false;
-      for (int y = static_cast<int>(row) * kGridPixels;
-           y < std::min<int>(frame.height, static_cast<int>(row + 1) * kGridPixels) && !found;
-           ++y) {
-        for (int x = column * kGridPixels;
-             x < std::min(frame.width, (column + 1) * kGridPixels) && !found; ++x) {
-          const std::size_t pixel = static_cast<std::size_t>(y) * frame.width + x;
-          if (frame.id[pixel] < 0) continue;
-          found = true;
-          const RayD ray = RayThrough(camera, x + 0.5, y + 0.5);
-          selector.Nearest(ray.origin + ray.direction * double(frame.depth[pixel]),
-                           frame.normal[pixel], -ray.direction, kNearestAtPoint, &nearest[row]);
-        }
-      }
-    }
-  });
-  std::vector<bool> needed(photos.size(), false);
-  for (const auto& row : nearest) {
-    for (const std::uint32_t photo : row) needed[photo] = true;
-  }
-  std::erase_if(all, [&](std::uint32_t photo) { return !needed[photo]; });
-  return all;
-}
-
-void PhotographShader::Impl::Select(const PhotoSelector& selector, const SurfaceSampler& sampler,
-                                    const BackFaces& backs, const Level& level,
+void PhotographShader::Impl::Select(const PhotoScene& scene, const BackFaces& backs,
                                     const Camera& camera, const Frame& frame, Square* square,
                                     const Control& control) const {
   const std::size_t blocks = (square->pixel.size() + kBlock - 1) / kBlock;
+  const PhotosView view = photos.ViewOf(scene.sight, scene.candidates);
   std::vector<std::vector<PhotoLookup>> found(blocks);
   ParallelBlocks(
       square->pixel.size(), kBlock,
       [&](std::size_t begin, std::size_t end) {
-        ViewedPoint point;
+        PhotoShares shares(scene.sheet);
+        PhotoLookup chosen[kMostPhotos];
         for (std::size_t i = begin; i < end; ++i) {
           const std::uint32_t pixel = square->pixel[i];
-          const double px = pixel % static_cast<std::uint32_t>(frame.width) + 0.5;
-          const double py = pixel / static_cast<std::uint32_t>(frame.width) + 0.5;
-          const RayD ray = RayThrough(camera, px, py);
-          point.to_viewer = -ray.direction;
+          PixelHit hit{static_cast<int>(pixel % static_cast<std::uint32_t>(frame.width)),
+                       static_cast<int>(pixel / static_cast<std::uint32_t>(frame.width)),
+                       frame.depth[pixel], frame.normal[pixel], frame.id[pixel]};
           if (const BackFaces::Pixel* const back = backs.Find(pixel)) {
-            point.hit = ray.origin + ray.direction * double(back->depth);
-            point.surface = {point.hit, back->normal, {}};
-          } else {
-            point.hit = ray.origin + ray.direction * double(frame.depth[pixel]);
-            sampler.Sample(level, point.hit, ray.direction, frame.id[pixel], frame.normal[pixel],
-                           &point.surface);
+            hit.depth = back->depth;
+            hit.normal = back->normal;
+            hit.on_sheet = true;
           }
-          // Half a metaball: the depth maps were sampled elsewhere on the same bumps.
-          point.tolerance = 0.5 * level.cloud.RadiusOf(static_cast<std::size_t>(frame.id[pixel])) *
-                            level.cloud.frame.unit;
-          // Where the rays of the neighbouring pixels meet the tangent plane.
-          const Vec3d normal = point.surface.normal.cast<double>();
-          const Vec3d& position = point.surface.position;
-          const double slope = Dot(ray.direction, normal);
-          if (std::abs(slope) > 0.05) {
-            const auto on_plane = [&](const RayD& r) {
-              const double other = Dot(r.direction, normal);
-              const double safe = std::abs(other) > 0.05 ? other : other < 0 ? -0.05 : 0.05;
-              return r.origin + r.direction * (Dot(position - r.origin, normal) / safe);
-            };
-            point.side_x = on_plane(RayThrough(camera, px + 1, py)) - position;
-            point.side_y = on_plane(RayThrough(camera, px, py + 1)) - position;
-          } else {  // nearly along the surface: the pixel as it faces the viewer
-            const double size =
-                camera.PixelSizeAt(std::max(1e-12, Dot(position - camera.eye, camera.forward)));
-            point.side_x = camera.right * size;
-            point.side_y = camera.down * size;
+          shares.Clear();
+          const ViewedPoint point = ViewPoint(
+              camera, scene.sheet, hit,
+              [&](std::uint32_t metaball, float weight) { shares.Add(metaball, weight); });
+          const int count = ChoosePhotos(
+              view, point, [&](std::uint32_t photo) { return shares.Of(photo); }, chosen);
+          for (int k = 0; k < count; ++k) {
+            chosen[k].target = static_cast<std::uint32_t>(i);
+            found[begin / kBlock].push_back(chosen[k]);
           }
-          selector.Select(point, static_cast<std::uint32_t>(i), &found[begin / kBlock]);
         }
       },
       control);
@@ -321,69 +287,26 @@ void PhotographShader::Impl::Select(const PhotoSelector& selector, const Surface
 }
 
 void PhotographShader::Impl::Sample(Square* square, const Control& control) {
-  const auto sample_on = [&](PhotoSampler* sampler) {
-    photos.Sample(square->lookups, "projecting the photographs", sampler, &square->colors,
-                  &square->there, control);
-  };
-  const auto give_up = [&](const Error& error) {
-    device_lost = error.what();
-    device.reset();
-  };
-  if (device) {
-    try {
-      sample_on(device.get());
-    } catch (const DeviceError& error) {
-      give_up(error);
-    } catch (const ResourceError& error) {
-      give_up(error);
-    }
-  }
-  if (!device) sample_on(cpu.get());
-  if (gain.empty()) return;
-  for (std::size_t i = 0; i < square->lookups.size(); ++i) {
-    const Vec3f& g = gain[square->lookups[i].photo];
-    square->colors[i] = {Times(square->colors[i].footprint, g),
-                         Times(square->colors[i].surroundings, g)};
-  }
+  square->colors.assign(square->lookups.size(), {});
+  square->there.assign(square->lookups.size(), 0);
+  photos.Visit(
+      square->lookups, "projecting the photographs",
+      [&](std::size_t i, const PhotoPyramid& pyramid) {
+        PhotoColors& colors = square->colors[i];
+        colors = SampleColors(pyramid, square->lookups[i]);
+        square->there[i] = 1;
+        if (gain.empty()) return;
+        const Vec3f& g = gain[square->lookups[i].photo];
+        colors = {Times(colors.footprint, g), Times(colors.surroundings, g)};
+      },
+      control);
 }
 
-PhotographShader::PhotographShader(const Survey& survey, const PhotoShadingOptions& options)
-    : impl_(std::make_unique<Impl>(survey, options)) {}
-PhotographShader::~PhotographShader() = default;
-PhotographShader::PhotographShader(PhotographShader&&) noexcept = default;
-
-void PhotographShader::SampleOn(std::unique_ptr<PhotoSampler> sampler) {
-  impl_->device = std::move(sampler);
-  impl_->device_lost.clear();
-}
-
-PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& surface,
-                                          const Camera& camera, Frame* frame,
-                                          const Control& control) {
-  const Stopwatch watch;
-  const std::size_t pixels = frame->color.size();
-  if (frame->depth.size() != pixels || frame->normal.size() != pixels ||
-      frame->id.size() != pixels || frame->width != camera.width ||
-      frame->height != camera.height) {
-    throw Error("colours from photographs need a frame with depth, normal and id of this camera");
-  }
-  PhotoShadingStats stats;
-  PhotoSet& photos = impl_->photos;
+PhotoCounts PhotographShader::Impl::ShadeOnCpu(const PhotoScene& scene, const Camera& camera,
+                                               Frame* frame, const Control& control) {
+  PhotoCounts counts;
   photos.ClearUsed();
-  photos.Prepare(std::vector<bool>(photos.size(), true), control);
-  const KnownLevel& known = impl_->Known(level, surface);
-  SurfaceDepths& depths = *known.depths;
-  if (impl_->gain.empty() && impl_->options.even_exposures) {
-    impl_->FindGains(level, &depths, control);
-    photos.ClearUsed();
-  }
-  const std::vector<std::uint32_t> candidates = impl_->Candidates(depths, camera, *frame);
-  std::vector<bool> needed(photos.size(), false);
-  for (const std::uint32_t photo : candidates) needed[photo] = true;
-  depths.Prepare(level, needed, control);
-  const PhotoSelector selector(photos, depths, candidates);
-  const SurfaceSampler& sampler = *known.sampler;
-  const BackFaces backs(level, sampler, camera, *frame);
+  const BackFaces backs(scene.sheet, camera, *frame);
   const int columns = (frame->width + kSquare - 1) / kSquare;
   const int rows = (frame->height + kSquare - 1) / kSquare;
   for (int k = 0; k < columns * rows; ++k) {
@@ -395,34 +318,107 @@ PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& sur
       for (int x = column * kSquare; x < std::min((column + 1) * kSquare, frame->width); ++x) {
         const std::size_t pixel = static_cast<std::size_t>(y) * frame->width + x;
         const std::int32_t id = frame->id[pixel];
-        if (id < 0 || static_cast<std::size_t>(id) >= level.cloud.size()) continue;
+        if (id < 0 || static_cast<std::uint32_t>(id) >= scene.sheet.count) continue;
         if (frame->color[pixel].a > 0) square.pixel.push_back(static_cast<std::uint32_t>(pixel));
       }
     }
     if (square.pixel.empty()) continue;
-    impl_->Select(selector, sampler, backs, level, camera, *frame, &square, control);
-    impl_->Sample(&square, control);
+    Select(scene, backs, camera, *frame, &square, control);
+    Sample(&square, control);
     for (std::size_t i = 0; i < square.pixel.size(); ++i) {
-      ++stats.pixels;
+      ++counts.pixels;
       const std::uint32_t pixel = square.pixel[i];
       const bool hole = backs.Find(pixel) != nullptr;
       Vec3f color;
-      if (!(hole && impl_->options.show_unseen) && Blend(square, i, &color)) {
-        ++stats.from_photos;
-        stats.across_holes += hole;
+      if (!(hole && scene.show_unseen) && Blend(square, i, &color)) {
+        ++counts.from_photos;
+        counts.across_holes += hole;
       } else {
-        ++stats.without_photo;
-        if (!impl_->options.show_unseen) continue;
+        ++counts.without_photo;
+        if (!scene.show_unseen) continue;
         color = LinearFromRgb8(kUnseenColor);
       }
       if (!frame->light.empty()) color = ColorInLight(color, frame->light[pixel]);
       Pixel& out = frame->color[pixel];
-      out.r = color.x * out.a;
-      out.g = color.y * out.a;
-      out.b = color.z * out.a;
+      out = {color.x * out.a, color.y * out.a, color.z * out.a, out.a};
     }
   }
-  stats.photos_used = photos.used();
+  counts.used = photos.used_photos();
+  return counts;
+}
+
+PhotographShader::PhotographShader(const Survey& survey, const PhotoShadingOptions& options)
+    : impl_(std::make_unique<Impl>(survey, options)) {}
+PhotographShader::~PhotographShader() = default;
+PhotographShader::PhotographShader(PhotographShader&&) noexcept = default;
+
+void PhotographShader::ShadeOn(std::unique_ptr<PhotoShader> device) {
+  impl_->device = std::move(device);
+  impl_->device_lost.clear();
+}
+
+PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& surface,
+                                          const Camera& camera, Frame* frame,
+                                          const Control& control) {
+  return Shade(std::shared_ptr<const Level>(std::shared_ptr<void>(), &level), surface, camera,
+               frame, control);
+}
+
+PhotoShadingStats PhotographShader::Shade(const std::shared_ptr<const Level>& level,
+                                          const Surface& surface, const Camera& camera,
+                                          Frame* frame, const Control& control) {
+  const Stopwatch watch;
+  const std::size_t pixels = frame->color.size();
+  if (frame->depth.size() != pixels || frame->normal.size() != pixels ||
+      frame->id.size() != pixels || frame->width != camera.width ||
+      frame->height != camera.height) {
+    throw Error("colours from photographs need a frame with depth, normal and id of this camera");
+  }
+  PhotoSet& photos = impl_->photos;
+  photos.Prepare(std::vector<bool>(photos.size(), true), control);
+  const KnownLevel& known = impl_->Known(level, surface);
+  SurfaceDepths& depths = *known.depths;
+  if (impl_->gain.empty() && impl_->options.even_exposures) {
+    impl_->FindGains(*level, &depths, control);
+  }
+  const std::vector<std::uint32_t> candidates = PhotoCandidates(photos, camera, *frame);
+  std::vector<bool> needed(photos.size(), false);
+  for (const std::uint32_t photo : candidates) needed[photo] = true;
+  depths.Prepare(*level, needed, control);
+
+  PhotoScene scene;
+  scene.sheet = SheetOf(*level, *known.index);
+  scene.sheet_key = scene.sight_key = known.id;
+  scene.camera = photos.cameras();
+  scene.sight = depths.sights();
+  scene.mask = photos.masks();
+  scene.gain = impl_->gain;
+  scene.candidates = candidates;
+  scene.show_unseen = impl_->options.show_unseen;
+  PhotoCounts counts;
+  if (impl_->device) {
+    const auto give_up = [&](const Error& error) {
+      impl_->device_lost = error.what();
+      impl_->device.reset();
+      counts = {};
+    };
+    try {
+      impl_->device->Shade(scene, camera, &photos, frame, &counts, control);
+    } catch (const DeviceError& error) {
+      give_up(error);
+    } catch (const ResourceError& error) {
+      give_up(error);
+    }
+  }
+  if (!impl_->device) counts = impl_->ShadeOnCpu(scene, camera, frame, control);
+
+  PhotoShadingStats stats;
+  stats.pixels = counts.pixels;
+  stats.from_photos = counts.from_photos;
+  stats.across_holes = counts.across_holes;
+  stats.without_photo = counts.without_photo;
+  stats.photos_used =
+      static_cast<std::uint64_t>(std::count(counts.used.begin(), counts.used.end(), true));
   stats.photos_unreadable = photos.unreadable();
   stats.warnings = photos.Warnings();
   if (!impl_->device_lost.empty()) {

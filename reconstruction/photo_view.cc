@@ -1,6 +1,7 @@
 #include "reconstruction/photo_view.h"
 
 #include "metaball/error.h"
+#include "reconstruction/camera_projector.h"
 #include "reconstruction/photographs.h"
 
 namespace sherd {
@@ -27,54 +28,40 @@ Source SourceOf(const Survey& survey, const Photograph& photo) {
 
 }  // namespace
 
-PhotoView::PhotoView(const Survey& survey, std::size_t idx)
-    : projector_(survey.cameras[survey.photographs[idx].camera_idx]),
-      original_projector_(projector_) {
+PhotoView::PhotoView(const Survey& survey, std::size_t idx) {
   const Photograph& photo = survey.photographs[idx];
   const Source source = SourceOf(survey, photo);
   const SurveyCamera& camera = survey.cameras[source.camera_idx];
-  projector_ = CameraProjector(camera);
-  path_ = source.path;
-  width_ = source.size.width;
-  height_ = source.size.height;
-  cam_from_world_ = photo.cam_from_world;
-  center_ = cam_from_world_.Center();
-  scale_x_ = static_cast<double>(width_) / static_cast<double>(camera.width);
-  scale_y_ = static_cast<double>(height_) / static_cast<double>(camera.height);
-  double fx, fy, cx, cy;
   const SurveyCamera& original = survey.cameras[photo.original_camera_idx];
-  original_projector_ = CameraProjector(original);
-  original_width_ = static_cast<double>(original.width);
-  original_height_ = static_cast<double>(original.height);
+  const Rigid3d& pose = photo.cam_from_world;
+  path_ = source.path;
+  PhotoCamera& c = camera_;
+  c.usable = true;
+  c.qw = pose.qw;
+  c.qx = pose.qx;
+  c.qy = pose.qy;
+  c.qz = pose.qz;
+  c.translation = pose.translation;
+  c.center = pose.Center();
+  c.lens = CameraProjector(camera).lens();
+  c.width = source.size.width;
+  c.height = source.size.height;
+  c.scale_x = static_cast<double>(c.width) / static_cast<double>(camera.width);
+  c.scale_y = static_cast<double>(c.height) / static_cast<double>(camera.height);
+  c.original = CameraProjector(original).lens();
+  c.original_width = static_cast<double>(original.width);
+  c.original_height = static_cast<double>(original.height);
+  double fx, fy, cx, cy;
   camera.Pinhole(&fx, &fy, &cx, &cy);
-  original_px_per_px_ = 1 / (fx * scale_x_);
+  c.original_px_per_px = 1 / (fx * c.scale_x);
   original.Pinhole(&fx, &fy, &cx, &cy);
-  original_px_per_px_ *= fx;
+  c.original_px_per_px *= fx;
   if (survey.dense_pixel_offset != 0) {
     // The offset is one of the dense stage's camera; as an angle it is the original's as well.
     survey.cameras[photo.camera_idx].Pinhole(&fx, &fy, &cx, &cy);
-    offset_u_ = survey.dense_pixel_offset / fx;
-    offset_v_ = survey.dense_pixel_offset / fy;
+    c.offset_u = survey.dense_pixel_offset / fx;
+    c.offset_v = survey.dense_pixel_offset / fy;
   }
-}
-
-Vec3d PhotoView::InCamera(const Vec3d& point_in_world) const {
-  Vec3d p = cam_from_world_.Apply(point_in_world);
-  p.x += offset_u_ * p.z;
-  p.y += offset_v_ * p.z;
-  return p;
-}
-
-bool PhotoView::ProjectIntoOriginal(const Vec3d& point_in_world, double* x, double* y) const {
-  return original_projector_.Project(InCamera(point_in_world), x, y) && *x >= 0 && *y >= 0 &&
-         *x <= original_width_ && *y <= original_height_;
-}
-
-bool PhotoView::Project(const Vec3d& point_in_world, double* x, double* y) const {
-  if (!projector_.Project(InCamera(point_in_world), x, y)) return false;
-  *x *= scale_x_;
-  *y *= scale_y_;
-  return *x >= 0 && *y >= 0 && *x <= width_ && *y <= height_;
 }
 
 }  // namespace sherd

@@ -11,7 +11,7 @@
 #include "metaball/color.h"
 #include "metaball/control.h"
 #include "metaball/frame.h"
-#include "metaball/photo/sampler.h"
+#include "metaball/photo/photo_shader.h"
 #include "metaball/scene.h"
 #include "reconstruction/level.h"
 #include "reconstruction/survey.h"
@@ -38,7 +38,6 @@ struct PhotoShadingOptions {
   bool even_exposures = true;            // gains by photograph and channel, from what they share
   bool show_unseen = false;  // kUnseenColor where no photograph sees the surface, or it has a hole
 };
-inline constexpr Rgb8 kUnseenColor{255, 0, 255};
 
 struct PhotoShadingStats {
   std::uint64_t pixels = 0;         // surface pixels that were looked at
@@ -68,13 +67,17 @@ class PhotographShader {
   ~PhotographShader();
   PhotographShader(PhotographShader&&) noexcept;
 
-  // Looks the photographs up on `sampler` from now on; the CPU without one. When the sampler fails
-  // (DeviceError, ResourceError) it is given up for the CPU, with a warning in the stats.
-  void SampleOn(std::unique_ptr<PhotoSampler> sampler);
+  // Works on `device` from now on; on the CPU without one. When the device fails (DeviceError,
+  // ResourceError) it is given up for the CPU, with a warning in the stats.
+  void ShadeOn(std::unique_ptr<PhotoShader> device);
 
   // `frame` must have been rendered from the level's cloud with `surface` by `camera`, with depth,
   // normal and id planes. The photographs' colours are lit by the frame's light plane, and are left
   // as they are where it has none. Throws Cancelled.
+  PhotoShadingStats Shade(const std::shared_ptr<const Level>& level, const Surface& surface,
+                          const Camera& camera, Frame* frame, const Control& control = {});
+  // The same of a level that nobody else holds: what is known of one before is found by its
+  // content, which takes a walk through all of it.
   PhotoShadingStats Shade(const Level& level, const Surface& surface, const Camera& camera,
                           Frame* frame, const Control& control = {});
 

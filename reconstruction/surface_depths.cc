@@ -1,9 +1,7 @@
 #include "reconstruction/surface_depths.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 
 #include "reconstruction/parallel.h"
 #include "reconstruction/photographs.h"
@@ -25,9 +23,10 @@ SurfaceDepths::SurfaceDepths(const Survey& survey, const Level& level, const Sur
       surface_(surface),
       jump_(kJumpSpacings * level.stats.spacing),
       renderer_(MakeCpuRenderer()),
-      maps_(survey.photographs.size()) {
+      planes_(survey.photographs.size()),
+      sights_(survey.photographs.size()) {
   const double pixels = static_cast<double>(max_bytes) / (sizeof(float) + 1) /
-                        static_cast<double>(std::max<std::size_t>(1, maps_.size()));
+                        static_cast<double>(std::max<std::size_t>(1, planes_.size()));
   side_ = static_cast<int>(std::clamp(std::sqrt(pixels), 64.0, double{kLargestSide}));
 }
 
@@ -49,23 +48,22 @@ void SurfaceDepths::Render(const Level& level, std::size_t photo, const Control&
   scene.lighting.unlit = true;
   RenderSettings settings;
   settings.planes.depth = true;
-  auto map = std::make_unique<Map>();
-  map->camera = CameraOf(photo);
-  Frame frame = renderer_->Render(scene, map->camera, settings, {{}, control.stop});
-  map->depth = std::move(frame.depth);
-  const int width = map->camera.width, height = map->camera.height;
-  map->inside.assign(map->depth.size(), 255);
+  const Camera camera = CameraOf(photo);
+  Frame frame = renderer_->Render(scene, camera, settings, {{}, control.stop});
+  const std::vector<float>& depth = frame.depth;
+  const int width = camera.width, height = camera.height;
+  std::vector<std::uint8_t> inside(depth.size());
   ParallelBlocks(static_cast<std::size_t>(height), 16, [&](std::size_t begin, std::size_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < width; ++x) {
         const std::size_t i = static_cast<std::size_t>(y) * width + x;
-        const float here = map->depth[i];
+        const float here = depth[i];
         const double jump = jump_ + kJumpOfDistance * here;
         int nearest = 3;  // chessboard distance to the next jump
         for (int dy = -2; dy <= 2; ++dy) {
           for (int dx = -2; dx <= 2; ++dx) {
             const int u = std::clamp(x + dx, 0, width - 1), v = std::clamp(y + dy, 0, height - 1);
-            const float there = map->depth[static_cast<std::size_t>(v) * width + u];
+            const float there = depth[static_cast<std::size_t>(v) * width + u];
             // A slope is no jump: what counts is measured per pixel of the way.
             const int way = std::max(std::abs(dx), std::abs(dy));
             if ((here > 0) != (there > 0) || std::abs(there - here) > jump * std::max(1, way)) {
@@ -73,19 +71,21 @@ void SurfaceDepths::Render(const Level& level, std::size_t photo, const Control&
             }
           }
         }
-        map->inside[i] = static_cast<std::uint8_t>((nearest - 1) * 255 / 2);
+        inside[i] = static_cast<std::uint8_t>((nearest - 1) * 255 / 2);
       }
     }
   });
-  maps_[photo] = std::move(map);
+  Planes& planes = planes_[photo];
+  planes = {std::move(frame.depth), std::move(inside)};
+  sights_[photo] = {camera, planes.depth.data(), planes.inside.data()};
 }
 
 void SurfaceDepths::Prepare(const Level& level, const std::vector<bool>& photos,
                             const Control& control) {
   std::size_t missing = 0, done = 0;
-  for (std::size_t i = 0; i < maps_.size(); ++i) missing += photos[i] && !maps_[i];
-  for (std::size_t i = 0; i < maps_.size(); ++i) {
-    if (!photos[i] || maps_[i]) continue;
+  for (std::size_t i = 0; i < sights_.size(); ++i) missing += photos[i] && !sights_[i].depth;
+  for (std::size_t i = 0; i < sights_.size(); ++i) {
+    if (!photos[i] || sights_[i].depth) continue;
     control.ThrowIfStopped();
     control.Report("finding what each photograph sees",
                    static_cast<double>(done++) / static_cast<double>(missing));
@@ -93,74 +93,9 @@ void SurfaceDepths::Prepare(const Level& level, const std::vector<bool>& photos,
   }
 }
 
-PhotoSight SurfaceDepths::At(std::size_t photo, const Vec3d& point, const Vec3f& normal,
-                             double tolerance) const {
-  PhotoSight sight;
-  const Map* const map = maps_[photo].get();
-  if (!map) return sight;
-  const Camera& camera = map->camera;
-  double x = 0, y = 0;
-  if (!camera.Project(point, &x, &y)) return sight;
-  x -= 0.5;
-  y -= 0.5;
-  const int x0 = static_cast<int>(std::floor(x)), y0 = static_cast<int>(std::floor(y));
-  if (x0 < 0 || y0 < 0 || x0 + 1 >= camera.width || y0 + 1 >= camera.height) return sight;
-  const Vec3d way = point - camera.eye;
-  const double distance = Length(way);
-  // The surface's own slope over a pixel of the map.
-  const double cosine = std::max(0.15, -Dot(way, normal.cast<double>()) / distance);
-  const double pixel = camera.PixelSizeAt(Dot(way, camera.forward));
-  const double limit = distance - tolerance - pixel * std::sqrt(1 / (cosine * cosine) - 1);
-  const double fx = x - x0, fy = y - y0;
-  const auto blend = [&](int dx, int dy) {
-    const double weight = (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy);
-    const std::size_t i = static_cast<std::size_t>(y0 + dy) * camera.width + x0 + dx;
-    if (map->depth[i] == 0 || map->depth[i] > limit) sight.visible += static_cast<float>(weight);
-    sight.inside += static_cast<float>(weight) * static_cast<float>(map->inside[i]) / 255;
-  };
-  blend(0, 0);
-  blend(1, 0);
-  blend(0, 1);
-  blend(1, 1);
-  return sight;
-}
-
-std::uint64_t SurfaceDepths::KeyOf(const Level& level, const Surface& surface) {
-  std::uint64_t hash = 0xcbf29ce484222325ull;
-  const auto add = [&](const void* data, std::size_t bytes) {
-    const auto* p = static_cast<const unsigned char*>(data);
-    for (; bytes >= 8; bytes -= 8, p += 8) {
-      std::uint64_t word = 0;
-      std::memcpy(&word, p, 8);
-      hash = (hash ^ word) * 0x100000001b3ull;
-      hash ^= hash >> 29;
-    }
-    for (; bytes > 0; --bytes, ++p) hash = (hash ^ *p) * 0x100000001b3ull;
-  };
-  const Cloud& cloud = level.cloud;
-  add(cloud.center.data(), cloud.center.size() * sizeof(Vec3f));
-  add(cloud.radius.data(), cloud.radius.size() * sizeof(float));
-  add(cloud.threshold.data(), cloud.threshold.size() * sizeof(float));
-  const std::array<double, 9> numbers = {cloud.frame.origin.x,
-                                         cloud.frame.origin.y,
-                                         cloud.frame.origin.z,
-                                         cloud.frame.unit,
-                                         cloud.uniform_radius,
-                                         surface.threshold,
-                                         surface.radius_scale,
-                                         static_cast<double>(surface.mode),
-                                         static_cast<double>(cloud.size())};
-  add(numbers.data(), sizeof(numbers));
-  const std::string density = TextOf(surface.density);
-  add(density.data(), density.size());
-  return hash;
-}
-
 std::size_t SurfaceDepths::MemoryBytes() const {
   std::size_t bytes = 0;
-  for (const auto& map : maps_) {
-    if (map) bytes += map->depth.size() * (sizeof(float) + 1);
-  }
+  for (const Planes& planes : planes_) bytes += planes.depth.size() * (sizeof(float) + 1);
   return bytes;
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "metaball/cloud.h"
-#include "reconstruction/support_index.h"
+#include "metaball/support_index.h"
 
 namespace sherd {
 

@@ -163,7 +163,7 @@ int RunCompare(const Options& options, const Environment& environment) {
     panel.threshold = scene.surface.threshold;
     panel.radius_scale = scene.surface.radius_scale;
     if (look.photo_colors()) {
-      PhotographRenderer renderer(backend.get(), *survey, level.get(), look.PhotoOptions(*survey));
+      PhotographRenderer renderer(backend.get(), *survey, level, look.PhotoOptions(*survey));
       panel.frame = renderer.Render(scene, camera, settings, control);
       warnings.insert(warnings.end(), renderer.photo_stats().warnings.begin(),
                       renderer.photo_stats().warnings.end());

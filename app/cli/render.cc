@@ -136,7 +136,7 @@ int RunRender(const RenderOptions& options, const Environment& environment) {
   std::unique_ptr<PhotographRenderer> photo_renderer;
   if (look.photo_colors()) {
     photo_renderer = std::make_unique<PhotographRenderer>(
-        backend.get(), *source.survey, source.level.get(), look.PhotoOptions(*source.survey));
+        backend.get(), *source.survey, source.level, look.PhotoOptions(*source.survey));
   }
   Renderer* const renderer = photo_renderer ? photo_renderer.get() : backend.get();
   if (look.Device().backend == Backend::kAuto && backend->backend() == "cpu" && !why.empty()) {

@@ -107,7 +107,7 @@ std::map<std::string, std::string> MetadataOf(const ExportScene& scene, const Ex
 std::unique_ptr<PhotographShader> ShaderBeside(const Renderer& renderer, const Survey* survey) {
   if (!survey) return nullptr;
   auto shader = std::make_unique<PhotographShader>(*survey);
-  shader->SampleOn(MakePhotoSampler(renderer));
+  shader->ShadeOn(MakePhotoShader(renderer));
   return shader;
 }
 
@@ -139,7 +139,7 @@ RenderStats RenderInBands(const PictureJob& job, const Camera& camera, int super
     if (scale > 1) band_camera = band_camera.Resized(camera.width * scale, height * scale);
     Frame band = job.renderer->Render(scene, band_camera, settings, part);
     if (job.photographs) {
-      job.photographs->Shade(*job.level, job.surface, band_camera, &band, part);
+      job.photographs->Shade(job.level, job.surface, band_camera, &band, part);
     }
     if (scale > 1) band = Reduced(band, scale);
     stats += band.stats;

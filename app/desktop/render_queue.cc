@@ -330,7 +330,7 @@ std::shared_ptr<RenderedView> RenderQueue::draw(const Task& task, const Control&
   tellDevice(task.pane);
   if (request.photos) {
     view->photo_stats = shaderFor(request.photos, rendererFor(task.pane))
-                            .Shade(*request.level, request.surface, view->camera, &frame, control);
+                            .Shade(request.level, request.surface, view->camera, &frame, control);
   }
   view->image = imageFromFrame(frame, request.background_srgb);
   view->depth = std::move(frame.depth);
@@ -375,7 +375,7 @@ PhotographShader& RenderQueue::shaderFor(const std::shared_ptr<const Survey>& su
     shader_gpu_ = Renderer::kNoGpu;
   }
   if (shader_gpu_ != renderer.gpu()) {
-    shader_->SampleOn(MakePhotoSampler(renderer));
+    shader_->ShadeOn(MakePhotoShader(renderer));
     shader_gpu_ = renderer.gpu();
   }
   return *shader_;

@@ -16,8 +16,8 @@ namespace sherd {
 // hold the level's cloud.
 class PhotographRenderer final : public Renderer {
  public:
-  // `inner`, `survey` and `level` must outlive it.
-  PhotographRenderer(Renderer* inner, const Survey& survey, const Level* level,
+  // `inner` and `survey` must outlive it.
+  PhotographRenderer(Renderer* inner, const Survey& survey, std::shared_ptr<const Level> level,
                      const PhotoShadingOptions& options = {});
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
@@ -32,7 +32,7 @@ class PhotographRenderer final : public Renderer {
 
  private:
   Renderer* inner_;
-  const Level* level_;
+  std::shared_ptr<const Level> level_;
   PhotographShader shader_;
   PhotoShadingStats stats_;
 };

@@ -49,6 +49,33 @@ SHERD_HD void AtomicAdd(unsigned long long* target, unsigned long long value) {
 #endif
 }
 
+// The value before.
+SHERD_HD std::uint32_t AtomicFetchAdd(std::uint32_t* target, std::uint32_t value) {
+#if defined(__CUDA_ARCH__)
+  return atomicAdd(target, value);
+#else
+  return std::atomic_ref<std::uint32_t>(*target).fetch_add(value);
+#endif
+}
+
+// For values that several threads may write at once, all of them the same, and that need not be
+// seen at once: through the caches.
+SHERD_HD std::uint32_t LoadRelaxed(const std::uint32_t* from) {
+#if defined(__CUDA_ARCH__)
+  return *from;
+#else
+  return std::atomic_ref<std::uint32_t>(*const_cast<std::uint32_t*>(from))
+      .load(std::memory_order_relaxed);
+#endif
+}
+SHERD_HD void StoreRelaxed(std::uint32_t* to, std::uint32_t value) {
+#if defined(__CUDA_ARCH__)
+  *to = value;
+#else
+  std::atomic_ref<std::uint32_t>(*to).store(value, std::memory_order_relaxed);
+#endif
+}
+
 SHERD_HD std::uint32_t BitsOf(float v) {
 #if defined(__CUDA_ARCH__)
   return __float_as_uint(v);

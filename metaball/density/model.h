@@ -31,6 +31,7 @@ struct DensityModel {
   int degree = 2;          // kPower 1..16, kRamp 1..4; else not used
   double rate = 1.0;       // kBlinn's a, kRamp's slope m at degree 1, kTrigonometric's c2; > 0
   double amplitude = 1.0;  // kBlinn's b, kTrigonometric's c1; > 0; else not used
+  friend bool operator==(const DensityModel&, const DensityModel&) = default;
 };
 
 // Blinn's density is lowered by this share of its amplitude and ends where it then is zero. A

@@ -108,13 +108,13 @@ SHERD_HD Vec3f SampleFootprint(const Texels& texels, const PhotoLookup& lookup) 
   return sum * (1.0f / static_cast<float>(n * m));
 }
 
-inline constexpr float kSurroundingsOctaves = 3;
-
-// The colour around the footprint, smoothed over a width of eight footprints.
+// The colour around the footprint, smoothed over a width of eight footprints; of no level finer
+// than the lookup's own, which are not held for it.
 template <class Texels>
 SHERD_HD Vec3f SampleSurroundings(const Texels& texels, const PhotoLookup& lookup) {
   const float width = std::log2(std::max(1.0f, lookup.width_px));
-  return SampleTexels(texels, lookup.x, lookup.y, width + kSurroundingsOctaves);
+  return SampleTexels(texels, lookup.x, lookup.y,
+                      std::max(width + kSurroundingsOctaves, static_cast<float>(lookup.level)));
 }
 
 template <class Texels>

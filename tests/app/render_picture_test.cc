@@ -112,7 +112,7 @@ TEST(RenderPicture, PhotographsShowWhatTheyShow) {
   const Photographed cloth;
   const auto cpu = MakeCpuRenderer();
   const Frame blended = cpu->Render(cloth.scene, cloth.camera, {});
-  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level.get());
+  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level);
   RenderSettings settings;
   settings.supersample = 2;
   const Frame shaded = renderer.Render(cloth.scene, cloth.camera, settings);
@@ -143,7 +143,7 @@ TEST(RenderPicture, LightsAndShadowsFallOnPhotographs) {
   RenderSettings settings;
   settings.planes.light = true;
   const auto cpu = MakeCpuRenderer();
-  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level.get());
+  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level);
   const Frame unlit = renderer.Render(cloth.scene, camera, {});
   EXPECT_TRUE(unlit.light.empty());
   Light sun;
@@ -155,7 +155,7 @@ TEST(RenderPicture, LightsAndShadowsFallOnPhotographs) {
   const Frame expected = cpu->Render(cloth.scene, camera, settings);
   const auto check = [&](Renderer* inner) {
     const Frame lit =
-        PhotographRenderer(inner, *cloth.survey, cloth.level.get()).Render(cloth.scene, camera, {});
+        PhotographRenderer(inner, *cloth.survey, cloth.level).Render(cloth.scene, camera, {});
     EXPECT_TRUE(lit.light.empty() && lit.id.empty());
     std::size_t hits = 0, off = 0;
     for (std::size_t i = 0; i < lit.color.size(); ++i) {
@@ -178,7 +178,7 @@ TEST(RenderPicture, LightsAndShadowsFallOnPhotographs) {
 TEST(RenderPicture, ThePhotographsColorsAreFiltered) {
   Photographed cloth;
   const auto cpu = MakeCpuRenderer();
-  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level.get());
+  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level);
   Frame expected = renderer.Render(cloth.scene, cloth.camera, {});
   BoxFilter(expected.width, expected.height, 3, &expected.color, 1);
   cloth.scene.appearance.filter = 3;

@@ -29,9 +29,9 @@ std::unique_ptr<ProfilingRenderer> BenchBackend::MakeThesisRenderer(
   return MakeHostLoopThesisRenderer(options, ThesisPrecision::kFloat);
 }
 
-std::unique_ptr<PhotoTileSampler> BenchBackend::MakePhotoSampler() const {
+std::unique_ptr<ProfilingPhotoShader> BenchBackend::MakePhotoShader() const {
   constexpr std::uint64_t kHostPool = std::uint64_t{256} << 20;
-  return gpu_ ? MakeCudaPhotoSampler(0, gpu_->idx) : MakeHostLoopPhotoSampler(kHostPool);
+  return gpu_ ? MakeCudaPhotoShader(0, gpu_->idx) : MakeHostLoopPhotoShader(kHostPool);
 }
 
 }  // namespace sherd

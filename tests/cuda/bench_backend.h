@@ -6,7 +6,7 @@
 #include <string>
 
 #include "cuda/gpu_list.h"
-#include "cuda/photo_sampler.h"
+#include "cuda/photo_shader.h"
 #include "cuda/profiling.h"
 #include "metaball/thesis/thesis_renderer.h"
 
@@ -25,7 +25,7 @@ class BenchBackend {
   std::unique_ptr<ProfilingRenderer> MakeRenderer() const;
   // In floats.
   std::unique_ptr<ProfilingRenderer> MakeThesisRenderer(const ThesisOptions& options) const;
-  std::unique_ptr<PhotoTileSampler> MakePhotoSampler() const;
+  std::unique_ptr<ProfilingPhotoShader> MakePhotoShader() const;
 
  private:
   std::optional<CudaDevice> gpu_;

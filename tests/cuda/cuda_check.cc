@@ -265,7 +265,9 @@ int Run(const Options& options) {
   if (std::string("photographs").find(options.scene) != std::string::npos) {
     for (const std::string& name : others) {
       for (const std::uint64_t pool_bytes : {std::uint64_t{1} << 20, std::uint64_t{64} << 20}) {
-        record(CheckPhotos(name, pool_bytes), &photos);
+        for (const bool holes : {false, true}) {
+          record(CheckPhotos(name, pool_bytes, holes), &photos);
+        }
       }
     }
   }

@@ -1,12 +1,18 @@
-// Photographs and lookups on which samplers are compared.
+// A surface with photographs, on which the machines that colour it are compared.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
 #include <vector>
 
-#include "metaball/photo/lookup.h"
+#include "metaball/camera.h"
+#include "metaball/frame.h"
+#include "metaball/photo/photo_shader.h"
 #include "metaball/photo/pyramid.h"
+#include "metaball/scene.h"
+#include "metaball/support_index.h"
 
 namespace sherd {
 
@@ -14,8 +20,51 @@ namespace sherd {
 // place shows. Holds the levels from `finest` on; what it holds does not depend on `finest`.
 PhotoPyramid MakeNoisePhoto(int width, int height, int finest, std::uint32_t seed);
 
-// Lookups of one photograph row by row: all over it and a little beyond its border, footprints from
-// a quarter of a pixel to a hundred, up to thirty times as long as wide. Deterministic.
-std::vector<PhotoLookup> MakeLookups(std::uint32_t photo, int width, int height, std::size_t count);
+struct PhotoFieldOptions {
+  std::uint64_t metaballs = 4000;
+  int width = 96, height = 64;  // of the picture
+  int photos = 12;              // in rows above the field, looking down
+  int photo_width = 700, photo_height = 533;
+  bool holes = false;  // a patch whose metaballs look away
+};
+
+// The peer scenes' height field, photographed in noise by lenses with distortion, one of them with
+// a mask.
+class PhotoField final : public PhotoPixels {
+ public:
+  explicit PhotoField(const PhotoFieldOptions& options);
+
+  const Camera& camera() const { return camera_; }
+  const PhotoScene& scene() const { return photo_scene_; }
+  // The surface, with the planes that are needed.
+  Frame Render() const;
+
+  void Fetch(std::span<const PhotoRequest> requests,
+             const std::function<void(std::size_t i, const PhotoPyramid* pyramid)>& visit,
+             const Control& control) override;
+  std::uint64_t fetched() const { return fetched_; }  // photographs so far
+
+  // PhotoShader::Shade as its formulas say, pixel by pixel. Not for fields with holes.
+  void ShadePlainly(Frame* frame) const;
+
+ private:
+  Scene scene_;
+  Camera camera_;
+  SupportIndex index_;
+  std::vector<Vec3f> normal_;
+  std::vector<std::uint32_t> photo_begin_;
+  std::vector<std::uint16_t> photo_idx_;
+  std::vector<PhotoPyramid> pyramids_;
+  std::vector<PhotoCamera> cameras_;
+  std::vector<std::vector<float>> depths_;
+  std::vector<std::vector<std::uint8_t>> insides_;
+  std::vector<SightMap> sights_;
+  std::vector<std::uint8_t> quarters_;
+  std::vector<MaskDistanceView> masks_;
+  std::vector<Vec3f> gains_;
+  std::vector<std::uint32_t> candidates_;
+  PhotoScene photo_scene_;
+  std::uint64_t fetched_ = 0;
+};
 
 }  // namespace sherd

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "metaball/support_index.h"
 #include "reconstruction/level.h"
-#include "reconstruction/support_index.h"
 
 namespace sherd {
 namespace {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "cuda/host_loop.h"
 #include "reconstruction/mask_distance.h"
 #include "reconstruction/photo_colors.h"
 #include "reconstruction/photographs.h"
@@ -37,8 +38,12 @@ struct PassedBoard : Board {
     return Camera::LookAt({0.4, 0.3, 1.2}, {0.95, 0.75, 4}, {0, -1, 0}, 0.4, 300, 220);
   }
   Frame Shaded(PhotoShadingStats* stats) const {
-    Frame frame = Render(View());
-    *stats = PhotographShader(survey, {.even_exposures = false}).Shade(level, {}, View(), &frame);
+    PhotographShader shader(survey, {.even_exposures = false});
+    Frame frame = Render(View()), by_kernels = frame;
+    *stats = shader.Shade(level, {}, View(), &frame);
+    shader.ShadeOn(MakeHostLoopPhotoShader(std::uint64_t{16} << 20));
+    shader.Shade(level, {}, View(), &by_kernels);
+    EXPECT_TRUE(test::SameColors(frame, by_kernels));
     return frame;
   }
 };

@@ -1,6 +1,7 @@
 // Photographs of a painted board, written by the tests that look them up.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -13,6 +14,13 @@
 #include "tests/reconstruction/test_files.h"
 
 namespace sherd::test {
+
+inline bool SameColors(const Frame& a, const Frame& b) {
+  return std::equal(a.color.begin(), a.color.end(), b.color.begin(), b.color.end(),
+                    [](const Pixel& p, const Pixel& q) {
+                      return p.r == q.r && p.g == q.g && p.b == q.b && p.a == q.a;
+                    });
+}
 
 using Painter = std::function<Rgb8(int x, int y)>;
 

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cuda/host_loop.h"
 #include "metaball/error.h"
+#include "metaball/photo/photo_choice.h"
 #include "reconstruction/dense_offset.h"
 #include "reconstruction/photo_colors.h"
 #include "reconstruction/photo_exposure.h"
-#include "reconstruction/photo_selection.h"
+#include "reconstruction/photo_set.h"
 #include "reconstruction/photographs.h"
 #include "reconstruction/surface_depths.h"
 #include "tests/reconstruction/photo_board.h"
@@ -22,12 +24,25 @@ using test::BoardColor;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-TEST(Shading, DetailFarFinerThanTheMetaballsIsThere) {
+// On the CPU, and by the kernels' bodies.
+class Shading : public ::testing::TestWithParam<bool> {
+ protected:
+  static PhotographShader ShaderOf(const Survey& survey, const PhotoShadingOptions& options = {}) {
+    PhotographShader shader(survey, options);
+    if (GetParam()) shader.ShadeOn(MakeHostLoopPhotoShader(std::uint64_t{64} << 20));
+    return shader;
+  }
+};
+INSTANTIATE_TEST_SUITE_P(All, Shading, ::testing::Bool(), [](const auto& param_info) {
+  return param_info.param ? "host_loop" : "cpu";
+});
+
+TEST_P(Shading, DetailFarFinerThanTheMetaballsIsThere) {
   const Board board;
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
   EXPECT_GT(Board::Difference(frame, camera), 0.15) << "one colour a metaball shows no stripes";
-  PhotographShader shader(board.survey);
+  PhotographShader shader = ShaderOf(board.survey);
   const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, &frame);
   EXPECT_LT(Board::Difference(frame, camera), 0.03);
   EXPECT_EQ(stats.pixels, 400u * 300);
@@ -43,31 +58,31 @@ TEST(Shading, DetailFarFinerThanTheMetaballsIsThere) {
   }
 }
 
-TEST(Shading, AResizedFileIsScaled) {
+TEST_P(Shading, AResizedFileIsScaled) {
   const Board board(1.5);
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
-  PhotographShader(board.survey).Shade(board.level, {}, camera, &frame);
+  ShaderOf(board.survey).Shade(board.level, {}, camera, &frame);
   EXPECT_LT(Board::Difference(frame, camera), 0.03);
 }
 
-TEST(Shading, TheDensePixelOffsetIsApplied) {
+TEST_P(Shading, TheDensePixelOffsetIsApplied) {
   Board board(1, 3.0);
   const Camera camera = Board::View();
   Frame without = board.Render(camera), with = without;
-  PhotographShader(board.survey).Shade(board.level, {}, camera, &without);
+  ShaderOf(board.survey).Shade(board.level, {}, camera, &without);
   board.survey.dense_pixel_offset = 3.0;
-  PhotographShader(board.survey).Shade(board.level, {}, camera, &with);
+  ShaderOf(board.survey).Shade(board.level, {}, camera, &with);
   EXPECT_GT(Board::Difference(without, camera), 0.06);
   EXPECT_LT(Board::Difference(with, camera), 0.03);
 }
 
-TEST(Shading, LightIsAppliedToThePhotographs) {
+TEST_P(Shading, LightIsAppliedToThePhotographs) {
   const Board board;
   const Camera camera = Board::View();
   Frame lit = board.Render(camera), plain = lit;
   lit.light.assign(lit.color.size(), {0.5f, 0.25f, 8});
-  PhotographShader shader(board.survey);
+  PhotographShader shader = ShaderOf(board.survey);
   shader.Shade(board.level, {}, camera, &plain);
   shader.Shade(board.level, {}, camera, &lit);
   for (std::size_t i = 0; i < lit.color.size(); i += 97) {
@@ -109,13 +124,12 @@ struct HiddenBoard : Board {
   }
 };
 
-TEST(Shading, WhatStandsInFrontIsNotProjectedOntoWhatItHides) {
+TEST_P(Shading, WhatStandsInFrontIsNotProjectedOntoWhatItHides) {
   HiddenBoard board;
   const Camera camera = HiddenBoard::Behind();
   const Frame before = board.Render(camera);
   Frame frame = before;
-  const PhotoShadingStats stats =
-      PhotographShader(board.survey).Shade(board.level, {}, camera, &frame);
+  const PhotoShadingStats stats = ShaderOf(board.survey).Shade(board.level, {}, camera, &frame);
   EXPECT_EQ(stats.without_photo + stats.from_photos, stats.pixels);
   EXPECT_GT(stats.without_photo, 1000u) << "hidden from all three";
   EXPECT_GT(stats.from_photos, 20000u);
@@ -155,7 +169,7 @@ struct BoardWithHole : Board {
   }
 };
 
-TEST(Shading, AHoleShowsTheSurfaceThatWouldBeThere) {
+TEST_P(Shading, AHoleShowsTheSurfaceThatWouldBeThere) {
   const BoardWithHole board;
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
@@ -166,8 +180,7 @@ TEST(Shading, AHoleShowsTheSurfaceThatWouldBeThere) {
   ASSERT_GT(back_pixels, 1000u);
   EXPECT_GT(Board::Difference(frame, camera), 0.15);
   Frame marked = frame;
-  const PhotoShadingStats stats =
-      PhotographShader(board.survey).Shade(board.level, {}, camera, &frame);
+  const PhotoShadingStats stats = ShaderOf(board.survey).Shade(board.level, {}, camera, &frame);
   EXPECT_LT(Board::Difference(frame, camera), 0.03);
   double sum = 0;
   for (std::size_t i = 0; i < frame.depth.size(); ++i) {
@@ -185,28 +198,27 @@ TEST(Shading, AHoleShowsTheSurfaceThatWouldBeThere) {
   EXPECT_EQ(shows_back(frame), shows_back(marked)) << "the planes stay what was rendered";
 
   const PhotoShadingStats shown =
-      PhotographShader(board.survey, {.show_unseen = true}).Shade(board.level, {}, camera, &marked);
+      ShaderOf(board.survey, {.show_unseen = true}).Shade(board.level, {}, camera, &marked);
   EXPECT_EQ(shown.across_holes, 0u);
   EXPECT_EQ(shown.without_photo, back_pixels);
 }
 
-TEST(Shading, ASurfaceSeenFromBehindAloneHasNoHoles) {
+TEST_P(Shading, ASurfaceSeenFromBehindAloneHasNoHoles) {
   const Board board;
   const Camera camera = Camera::LookAt({0, 0, 6}, {0, 0, 4}, {0, -1, 0}, 0.5, 120, 90);
   Frame frame = board.Render(camera);
-  const PhotoShadingStats stats =
-      PhotographShader(board.survey).Shade(board.level, {}, camera, &frame);
+  const PhotoShadingStats stats = ShaderOf(board.survey).Shade(board.level, {}, camera, &frame);
   EXPECT_GT(stats.pixels, 5000u);
   EXPECT_EQ(stats.across_holes, 0u);
   EXPECT_EQ(stats.without_photo, stats.pixels) << "nobody photographed that side";
 }
 
-TEST(Shading, WhatNoPhotographSeesCanBeShown) {
+TEST_P(Shading, WhatNoPhotographSeesCanBeShown) {
   HiddenBoard board;
   const Camera camera = HiddenBoard::Behind();
   Frame frame = board.Render(camera);
   const PhotoShadingStats stats =
-      PhotographShader(board.survey, {.show_unseen = true}).Shade(board.level, {}, camera, &frame);
+      ShaderOf(board.survey, {.show_unseen = true}).Shade(board.level, {}, camera, &frame);
   const Vec3f marked = LinearFromRgb8(kUnseenColor);
   const auto count = std::count_if(frame.color.begin(), frame.color.end(), [&](const Pixel& p) {
     return p.r == marked.x && p.g == marked.y && p.b == marked.z;
@@ -215,7 +227,7 @@ TEST(Shading, WhatNoPhotographSeesCanBeShown) {
   EXPECT_EQ(static_cast<std::uint64_t>(count), stats.without_photo);
 }
 
-TEST(Shading, PhotographsThatAreLeftOutAreNotUsed) {
+TEST_P(Shading, PhotographsThatAreLeftOutAreNotUsed) {
   const Board board(1, 0, 3, [](int photo, const Vec3d&) {
     return photo == 1 ? Vec3f{0.6f, 0.1f, 0.1f} : Vec3f{0.1f, 0.3f, 0.1f};
   });
@@ -225,20 +237,20 @@ TEST(Shading, PhotographsThatAreLeftOutAreNotUsed) {
   options.leave_out = {1};
   options.even_exposures = false;
   const PhotoShadingStats stats =
-      PhotographShader(board.survey, options).Shade(board.level, {}, camera, &frame);
+      ShaderOf(board.survey, options).Shade(board.level, {}, camera, &frame);
   EXPECT_EQ(stats.photos_used, 2u);
   EXPECT_EQ(stats.photos_unreadable, 0u);
   for (const Pixel& p : frame.color) EXPECT_LT(p.r, 0.12f);
-  EXPECT_THROW(PhotographShader(board.survey, {.leave_out = {3}}), Error);
+  EXPECT_THROW(ShaderOf(board.survey, {.leave_out = {3}}), Error);
 }
 
-TEST(Shading, ThePhotographThatLooksTheSameWayDecides) {
+TEST_P(Shading, ThePhotographThatLooksTheSameWayDecides) {
   // The same luma, so that none is taken for one that contradicts the others.
   const Vec3f shown[] = {{0.4f, 0.2f, 0.2f}, {0.2f, 0.26f, 0.1f}, {0.2f, 0.2f, 0.8f}};
   Board board(1, 0, 3, [&](int photo, const Vec3d&) { return shown[photo]; });
   PhotoShadingOptions options;
   options.even_exposures = false;
-  PhotographShader shader(board.survey, options);
+  PhotographShader shader = ShaderOf(board.survey, options);
   for (int photo = 0; photo < 3; ++photo) {
     const Camera camera = CameraOfPhotograph(board.survey, photo, 200, 150).Cropped(80, 60, 40, 30);
     Frame frame = board.Render(camera);
@@ -251,7 +263,7 @@ TEST(Shading, ThePhotographThatLooksTheSameWayDecides) {
   }
 }
 
-TEST(Shading, ExposuresAreEvenedOut) {
+TEST_P(Shading, ExposuresAreEvenedOut) {
   const float exposure[] = {0.6f, 1.0f, 1.5f};
   const Board board(
       1, 0, 3, [&](int photo, const Vec3d& p) { return BoardColor(p) * (0.6f * exposure[photo]); });
@@ -260,7 +272,7 @@ TEST(Shading, ExposuresAreEvenedOut) {
     Frame frame = board.Render(camera);
     PhotoShadingOptions options;
     options.even_exposures = even;
-    PhotographShader(board.survey, options).Shade(board.level, {}, camera, &frame);
+    ShaderOf(board.survey, options).Shade(board.level, {}, camera, &frame);
     // The green channel is smooth: shown over painted must be one factor everywhere.
     double least = 1e9, most = 0;
     for (int y = 40; y < frame.height - 40; y += 5) {
@@ -320,23 +332,24 @@ TEST(Selection, NoPhotographEntersOrLeavesWithASeam) {
   photos.Prepare(std::vector<bool>(9, true));
   SurfaceDepths depths(board.survey, board.level, {}, std::size_t{64} << 20);
   depths.Prepare(board.level, std::vector<bool>(9, true), {});
-  const PhotoSelector selector(photos, depths, {0, 1, 2, 3, 4, 5, 6, 7, 8});
+  const std::vector<std::uint32_t> candidates{0, 1, 2, 3, 4, 5, 6, 7, 8};
+  const PhotosView view = photos.ViewOf(depths.sights(), candidates);
   std::vector<double> before;
   double largest = 0;
   int changes = 0;
   std::vector<bool> chosen_before;
   for (double x = -0.5; x < 1.2; x += 1e-3) {
     ViewedPoint point;
-    point.surface.position = {x, 0.1, 4};
-    point.surface.normal = {0, 0, -1};
-    point.hit = point.surface.position;
-    for (std::uint16_t i = 0; i < 9; ++i) point.surface.photos.push_back({i, 1});
+    point.hit = point.position = {x, 0.1, 4};
+    point.normal = {0, 0, -1};
     point.to_viewer = Normalized(Vec3d{0.3 + x, 0.2, 0} - point.hit);
     point.side_x = {0.004, 0, 0};
     point.side_y = {0, 0.004, 0};
     point.tolerance = 0.1;
-    std::vector<PhotoLookup> lookups;
-    selector.Select(point, 0, &lookups);
+    std::vector<PhotoLookup> lookups(kMostPhotos);
+    const auto listed_everywhere = [](std::uint32_t) { return 1.0f; };
+    lookups.resize(
+        static_cast<std::size_t>(ChoosePhotos(view, point, listed_everywhere, lookups.data())));
     std::vector<double> weight(9, 0);
     std::vector<bool> chosen(9, false);
     double sum = 0;
@@ -396,13 +409,13 @@ TEST(DensePixelOffset, IsMeasuredByThePointsColors) {
   }
 }
 
-TEST(Shading, PhotographsThatCannotBeReadAreCountedAndTheOthersUsed) {
+TEST_P(Shading, PhotographsThatCannotBeReadAreCountedAndTheOthersUsed) {
   Board board;
   board.survey.photographs[0].path = board.folder + "/none.ppm";
   test::WriteFile(board.survey.photographs[2].path, "P6\n800 600\n255\ncut off");
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
-  PhotographShader shader(board.survey);
+  PhotographShader shader = ShaderOf(board.survey);
   const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, &frame);
   EXPECT_EQ(stats.photos_unreadable, 2u);
   EXPECT_EQ(stats.photos_used, 1u);
@@ -410,40 +423,39 @@ TEST(Shading, PhotographsThatCannotBeReadAreCountedAndTheOthersUsed) {
   EXPECT_LT(Board::Difference(frame, camera), 0.05);
 }
 
-TEST(Shading, NeedsItsPlanes) {
+TEST_P(Shading, NeedsItsPlanes) {
   const Board board;
   const Camera camera = Board::View();
   Frame bare = board.Render(camera);
   bare.id.clear();
-  PhotographShader shader(board.survey);
+  PhotographShader shader = ShaderOf(board.survey);
   EXPECT_THROW(shader.Shade(board.level, {}, camera, &bare), Error);
 }
 
-TEST(Shading, NeedsNoLists) {
+TEST_P(Shading, NeedsNoLists) {
   Board board;
   board.level.photo_begin.clear();
   board.level.photo_idx.clear();
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
-  const PhotoShadingStats stats =
-      PhotographShader(board.survey).Shade(board.level, {}, camera, &frame);
+  const PhotoShadingStats stats = ShaderOf(board.survey).Shade(board.level, {}, camera, &frame);
   EXPECT_EQ(stats.from_photos, stats.pixels);
   EXPECT_LT(Board::Difference(frame, camera), 0.03);
 }
 
-TEST(Shading, ASmallBudgetGivesThePictureToo) {
+TEST_P(Shading, ASmallBudgetGivesThePictureToo) {
   const Board board;
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
   PhotoShadingOptions small;
   small.memory_mb = 3;
-  PhotographShader shader(board.survey, small);  // one photograph of three at a time
+  PhotographShader shader = ShaderOf(board.survey, small);  // one photograph of three at a time
   const PhotoShadingStats stats = shader.Shade(board.level, {}, camera, &frame);
   EXPECT_EQ(stats.photos_used, 3u);
   EXPECT_LT(Board::Difference(frame, camera), 0.03);
 }
 
-TEST(Shading, CanBeCancelled) {
+TEST_P(Shading, CanBeCancelled) {
   const Board board;
   const Camera camera = Board::View();
   Frame frame = board.Render(camera);
@@ -451,8 +463,7 @@ TEST(Shading, CanBeCancelled) {
   source.request_stop();
   Control control;
   control.stop = source.get_token();
-  EXPECT_THROW(PhotographShader(board.survey).Shade(board.level, {}, camera, &frame, control),
-               Cancelled);
+  EXPECT_THROW(ShaderOf(board.survey).Shade(board.level, {}, camera, &frame, control), Cancelled);
 }
 
 }  // namespace

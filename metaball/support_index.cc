@@ -1,4 +1,4 @@
-#include "reconstruction/support_index.h"
+#include "metaball/support_index.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +40,7 @@ SupportIndex::SupportIndex(const Cloud& cloud, float margin, float widening) {
           };
           const Vec3f c = cloud.center[i] - min_;
           const Vec3f d{gap(c.x, x), gap(c.y, y), gap(c.z, z)};
-          if (Dot(d, d) <= r * r * 1.0001f) visit(KeyOf(x, y, z));
+          if (Dot(d, d) <= r * r * 1.0001f) visit(SupportIndexView::KeyOf(x, y, z));
         }
       }
     }
@@ -53,15 +53,15 @@ SupportIndex::SupportIndex(const Cloud& cloud, float margin, float widening) {
   std::uint64_t total = 0;
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     for_cells(i, [&](std::uint64_t key) {
-      std::size_t slot = Find(key);
+      std::size_t slot = view().Find(key);
       if (table_[slot].key == 0) {
         if (2 * (used + 1) > table_.size()) {
           std::vector<Slot> old(table_.size() * 2);
           old.swap(table_);
           for (const Slot& s : old) {
-            if (s.key != 0) table_[Find(s.key)] = s;
+            if (s.key != 0) table_[view().Find(s.key)] = s;
           }
-          slot = Find(key);
+          slot = view().Find(key);
         }
         table_[slot].key = key;
         ++used;
@@ -79,34 +79,9 @@ SupportIndex::SupportIndex(const Cloud& cloud, float margin, float widening) {
   }
   for (std::size_t i = 0; i < cloud.size(); ++i) {
     for_cells(i, [&](std::uint64_t key) {
-      entries_[table_[Find(key)].end++] = static_cast<std::uint32_t>(i);
+      entries_[table_[view().Find(key)].end++] = static_cast<std::uint32_t>(i);
     });
   }
-}
-
-std::uint64_t SupportIndex::KeyOf(int x, int y, int z) const {
-  return (static_cast<std::uint64_t>(x) << 42 | static_cast<std::uint64_t>(y) << 21 |
-          static_cast<std::uint64_t>(z)) +
-         1;
-}
-
-std::size_t SupportIndex::Find(std::uint64_t key) const {
-  const std::size_t mask = table_.size() - 1;
-  std::uint64_t hash = key * 0x9e3779b97f4a7c15ull;
-  std::size_t slot = static_cast<std::size_t>(hash >> 20) & mask;
-  while (table_[slot].key != 0 && table_[slot].key != key) slot = (slot + 1) & mask;
-  return slot;
-}
-
-SupportIndex::Range SupportIndex::At(const Vec3f& p) const {
-  const Vec3f q = (p - min_) * inverse_cell_;
-  if (!(q.x >= 0 && q.y >= 0 && q.z >= 0 && q.x < 0x1p21f && q.y < 0x1p21f && q.z < 0x1p21f)) {
-    return {};
-  }
-  const Slot& slot =
-      table_[Find(KeyOf(static_cast<int>(q.x), static_cast<int>(q.y), static_cast<int>(q.z)))];
-  if (slot.key == 0) return {};
-  return {entries_.data() + slot.begin, entries_.data() + slot.end};
 }
 
 }  // namespace sherd
