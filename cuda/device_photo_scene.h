@@ -2,38 +2,168 @@
 // is first asked for. All but the photographs' pixels (photo_tiles.h).
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <list>
 #include <vector>
 
+#include "metaball/error.h"
 #include "metaball/photo/photo_choice.h"
 #include "metaball/photo/photo_shader.h"
 #include "metaball/photo/sheet_view.h"
 
 namespace sherd {
 
+// The sheet of a level's metaballs.
+template <class Machine>
+class DeviceSheet {
+ public:
+  void Use(const PhotoScene& scene, Machine* machine) {
+    if (view_.index.table) return;
+    const SheetView& sheet = scene.sheet;
+    const std::size_t n = sheet.count;
+    SheetView view = sheet;
+    const auto bring = [&](auto* buffer, const auto* values, std::size_t count) {
+      machine->ResizeExactly(buffer, values ? count : 0, "the metaballs' sheet");
+      machine->Upload(buffer, 0, values, values ? count : 0);
+      return values ? buffer->data() : nullptr;
+    };
+    view.center = bring(&center_, sheet.center, n);
+    view.radius = bring(&radius_, sheet.radius, n);
+    view.normal = bring(&normal_, sheet.normal, n);
+    view.depth = bring(&depth_, sheet.depth, n);
+    view.photo_begin = bring(&photo_begin_, sheet.photo_begin, n + 1);
+    view.photo_idx =
+        bring(&photo_idx_, sheet.photo_idx, sheet.photo_begin ? sheet.photo_begin[n] : 0);
+    view.index.entries = bring(&entry_, sheet.index.entries, sheet.index.entry_count);
+    view.index.table = bring(&slot_, sheet.index.table, sheet.index.slots);
+    view_ = view;
+  }
+  const SheetView& view() const { return view_; }
+
+  void Release(Machine* machine) {
+    view_ = {};
+    machine->Release(&center_);
+    machine->Release(&normal_);
+    machine->Release(&radius_);
+    machine->Release(&depth_);
+    machine->Release(&photo_begin_);
+    machine->Release(&photo_idx_);
+    machine->Release(&entry_);
+    machine->Release(&slot_);
+  }
+
+ private:
+  template <class T>
+  using Buffer = typename Machine::template Buffer<T>;
+
+  SheetView view_;  // without a table until all is there
+  Buffer<Vec3f> center_, normal_;
+  Buffer<float> radius_, depth_;
+  Buffer<std::uint32_t> photo_begin_, entry_;
+  Buffer<std::uint16_t> photo_idx_;
+  Buffer<SupportIndexView::Slot> slot_;
+};
+
+// What photographs see of a surface: those of the candidates so far.
+template <class Machine>
+class DeviceSights {
+ public:
+  void Use(const PhotoScene& scene, Machine* machine) {
+    views_.resize(scene.sight.size());
+    std::vector<std::uint32_t> missing;
+    std::size_t pixels = 0;
+    for (const std::uint32_t photo : scene.candidates) {
+      if (!scene.sight[photo].depth || views_[photo].depth) continue;
+      missing.push_back(photo);
+      pixels += scene.sight[photo].pixels();
+    }
+    if (!missing.empty()) {
+      planes_.emplace_back();
+      Planes& planes = planes_.back();
+      try {
+        machine->ResizeExactly(&planes.depth, pixels, "depth maps");
+        machine->ResizeExactly(&planes.inside, pixels, "depth maps");
+      } catch (const ResourceError&) {
+        Release(&planes, machine);
+        planes_.pop_back();
+        throw;
+      }
+      std::size_t at = 0;
+      for (const std::uint32_t photo : missing) {
+        const SightMap& from = scene.sight[photo];
+        machine->Upload(&planes.depth, at, from.depth, from.pixels());
+        machine->Upload(&planes.inside, at, from.inside, from.pixels());
+        at += from.pixels();
+      }
+      at = 0;
+      for (const std::uint32_t photo : missing) {
+        views_[photo] = {scene.sight[photo].camera, planes.depth.data() + at,
+                         planes.inside.data() + at};
+        at += views_[photo].pixels();
+      }
+    }
+    machine->ResizeExactly(&view_, views_.size(), "depth maps");
+    machine->Upload(&view_, 0, views_.data(), views_.size());
+  }
+  const SightMap* views() const { return view_.data(); }
+
+  void Release(Machine* machine) {
+    for (Planes& planes : planes_) Release(&planes, machine);
+    planes_.clear();
+    views_.clear();
+    machine->Release(&view_);
+  }
+
+ private:
+  template <class T>
+  using Buffer = typename Machine::template Buffer<T>;
+
+  struct Planes {  // of several photographs, one after another
+    Buffer<float> depth;
+    Buffer<std::uint8_t> inside;
+  };
+  static void Release(Planes* planes, Machine* machine) {
+    machine->Release(&planes->depth);
+    machine->Release(&planes->inside);
+  }
+  std::vector<Planes> planes_;
+  std::vector<SightMap> views_;  // by photograph
+  Buffer<SightMap> view_;
+};
+
 template <class Machine>
 class DevicePhotoScene {
  public:
   void Use(const PhotoScene& scene, Machine* machine) {
-    if (sheet_key_ != scene.sheet_key) {
-      sheet_key_ = 0;
-      UseSheet(scene.sheet, machine);
-      sheet_key_ = scene.sheet_key;
-    }
-    UseSights(scene, machine);
+    UseOne(scene, scene.sheet_key, &sheets_, machine);
+    UseOne(scene, scene.sight_key, &sights_, machine);
     UseMasks(scene, machine);
-    BringAll(&camera_, scene.camera, "photographs", machine);
-    BringAll(&gain_, scene.gain, "photographs", machine);
-    BringAll(&candidate_, scene.candidates, "photographs", machine);
+    BringAll(&gain_, scene.gain, machine);
+    BringAll(&candidate_, scene.candidates, machine);
     candidates_ = static_cast<std::uint32_t>(scene.candidates.size());
     has_gains_ = !scene.gain.empty();
+    UseCameras(scene, machine);
+  }
+  // Anew where a photograph may have become unusable meanwhile.
+  void UseCameras(const PhotoScene& scene, Machine* machine) {
+    BringAll(&camera_, scene.camera, machine);
   }
 
-  const SheetView& sheet() const { return sheet_; }
+  // Gives back what other surfaces need; false where there is none.
+  bool ReleaseOthers(Machine* machine) {
+    const bool any = sheets_.size() > 1 || sights_.size() > 1;
+    while (sheets_.size() > 1) DropLast(&sheets_, machine);
+    while (sights_.size() > 1) DropLast(&sights_, machine);
+    return any;
+  }
+
+  const SheetView& sheet() const { return sheets_.front().content.view(); }
   PhotosView photos() const {
-    return {camera_.data(), sight_.data(), has_masks_ ? mask_.data() : nullptr, candidate_.data(),
-            candidates_};
+    return {camera_.data(), sights_.front().content.views(), has_masks_ ? mask_.data() : nullptr,
+            candidate_.data(), candidates_};
   }
   const Vec3f* gains() const { return has_gains_ ? gain_.data() : nullptr; }
 
@@ -41,59 +171,38 @@ class DevicePhotoScene {
   template <class T>
   using Buffer = typename Machine::template Buffer<T>;
 
-  template <class T, class Values>
-  void BringAll(Buffer<T>* buffer, const Values& values, const char* what, Machine* machine) {
-    Bring(buffer, values.data(), values.size(), what, machine);
-  }
-  // Returns where it lies; null for null.
-  template <class T>
-  const T* Bring(Buffer<T>* buffer, const T* values, std::size_t n, const char* what,
-                 Machine* machine) {
-    if (!values) n = 0;
-    machine->ResizeExactly(buffer, n, what);
-    machine->Upload(buffer, 0, values, n);
-    return values ? buffer->data() : nullptr;
-  }
+  // Those used last stay: views beside each other are drawn in turn.
+  static constexpr std::size_t kMost = 4;
+  template <class Content>
+  struct Keyed {
+    std::uint64_t key = 0;
+    Content content;
+  };
 
-  void UseSheet(const SheetView& sheet, Machine* machine) {
-    const std::size_t n = sheet.count;
-    const SupportIndexView& index = sheet.index;
-    constexpr const char* kWhat = "the metaballs' sheet";
-    sheet_ = sheet;
-    sheet_.center = Bring(&center_, sheet.center, n, kWhat, machine);
-    sheet_.radius = Bring(&radius_, sheet.radius, n, kWhat, machine);
-    sheet_.normal = Bring(&normal_, sheet.normal, n, kWhat, machine);
-    sheet_.depth = Bring(&depth_, sheet.depth, n, kWhat, machine);
-    sheet_.photo_begin = Bring(&photo_begin_, sheet.photo_begin, n + 1, kWhat, machine);
-    const std::size_t listed = sheet.photo_begin ? sheet.photo_begin[n] : 0;
-    sheet_.photo_idx = Bring(&photo_idx_, sheet.photo_idx, listed, kWhat, machine);
-    sheet_.index.table = Bring(&slot_, index.table, index.slots, kWhat, machine);
-    sheet_.index.entries = Bring(&entry_, index.entries, index.entry_count, kWhat, machine);
+  // Makes the one of that key the first.
+  template <class Content>
+  void UseOne(const PhotoScene& scene, std::uint64_t key, std::list<Keyed<Content>>* held,
+              Machine* machine) {
+    const auto known = std::ranges::find_if(
+        *held, [key](const Keyed<Content>& keyed) { return keyed.key == key; });
+    if (known != held->end()) {
+      held->splice(held->begin(), *held, known);
+    } else {
+      while (held->size() >= kMost) DropLast(held, machine);
+      held->emplace_front();
+      held->front().key = key;
+    }
+    try {
+      held->front().content.Use(scene, machine);
+    } catch (const ResourceError&) {
+      if (!ReleaseOthers(machine)) throw;
+      held->front().content.Use(scene, machine);
+    }
   }
-
-  // Of the candidates; those of one surface stay.
-  void UseSights(const PhotoScene& scene, Machine* machine) {
-    if (sight_key_ != scene.sight_key || sights_.size() != scene.sight.size()) {
-      for (Planes& planes : planes_) {
-        machine->Release(&planes.depth);
-        machine->Release(&planes.inside);
-      }
-      planes_.clear();
-      planes_.resize(scene.sight.size());
-      sights_.assign(scene.sight.size(), {});
-      sight_key_ = scene.sight_key;
-    }
-    for (const std::uint32_t photo : scene.candidates) {
-      const SightMap& from = scene.sight[photo];
-      if (!from.depth || sights_[photo].depth) continue;
-      Planes& planes = planes_[photo];
-      constexpr const char* kWhat = "depth maps";
-      SightMap sight = from;
-      sight.inside = Bring(&planes.inside, from.inside, from.pixels(), kWhat, machine);
-      sight.depth = Bring(&planes.depth, from.depth, from.pixels(), kWhat, machine);
-      sights_[photo] = sight;
-    }
-    BringAll(&sight_, sights_, "depth maps", machine);
+  template <class Content>
+  static void DropLast(std::list<Keyed<Content>>* held, Machine* machine) {
+    held->back().content.Release(machine);
+    held->pop_back();
   }
 
   // Each once: they do not change.
@@ -105,30 +214,25 @@ class DevicePhotoScene {
     for (std::size_t i = 0; i < masks_.size(); ++i) {
       const MaskDistanceView& from = scene.mask[i];
       if (!from.quarters || masks_[i].quarters) continue;
-      MaskDistanceView mask = from;
-      mask.quarters = Bring(&quarters_[i], from.quarters, from.cells(), "masks", machine);
-      masks_[i] = mask;
+      machine->ResizeExactly(&quarters_[i], from.cells(), "masks");
+      machine->Upload(&quarters_[i], 0, from.quarters, from.cells());
+      masks_[i] = from;
+      masks_[i].quarters = quarters_[i].data();
     }
-    BringAll(&mask_, masks_, "masks", machine);
+    BringAll(&mask_, masks_, machine);
   }
 
-  std::uint64_t sheet_key_ = 0, sight_key_ = 0;  // 0: none
-  SheetView sheet_;
-  Buffer<Vec3f> center_, normal_;
-  Buffer<float> radius_, depth_;
-  Buffer<std::uint32_t> photo_begin_, entry_;
-  Buffer<std::uint16_t> photo_idx_;
-  Buffer<SupportIndexView::Slot> slot_;
+  template <class T, class Values>
+  void BringAll(Buffer<T>* buffer, const Values& values, Machine* machine) {
+    machine->ResizeExactly(buffer, values.size(), "photographs");
+    machine->Upload(buffer, 0, values.data(), values.size());
+  }
+
+  std::list<Keyed<DeviceSheet<Machine>>> sheets_;  // the one in use first
+  std::list<Keyed<DeviceSights<Machine>>> sights_;
   // By photograph.
-  struct Planes {
-    Buffer<float> depth;
-    Buffer<std::uint8_t> inside;
-  };
-  std::vector<Planes> planes_;
-  std::vector<SightMap> sights_;
   std::vector<Buffer<std::uint8_t>> quarters_;
   std::vector<MaskDistanceView> masks_;
-  Buffer<SightMap> sight_;
   Buffer<MaskDistanceView> mask_;
   Buffer<PhotoCamera> camera_;
   Buffer<Vec3f> gain_;

@@ -159,9 +159,9 @@ class FramePipeline {
     return std::max<std::uint64_t>(kernels::kTileRays, limit_->bytes / pixel_bytes);
   }
   void Remember(const Scene& scene, std::uint64_t pixel_bytes) {
-    const std::uint64_t room = Room();
-    limit_ = Limit{CloudVersion(scene.cloud), most_pixels_ * pixel_bytes,
-                   limit_ ? limit_->room : room + room / 8};
+    const std::uint64_t room = Room(), bytes = most_pixels_ * pixel_bytes;
+    const bool known = limit_ && bytes >= limit_->bytes / pixel_bytes * pixel_bytes;
+    if (!known) limit_ = Limit{CloudVersion(scene.cloud), bytes, room + room / 8};
   }
   static std::uint64_t BytesPerPixel(const Scene& scene, const RenderSettings& settings) {
     const auto n = static_cast<std::uint64_t>(settings.supersample);

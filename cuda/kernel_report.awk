@@ -38,7 +38,7 @@ BEGIN {
     name = substr($0, RSTART + 30, RLENGTH - 32)
     gsub(/sherd::kernels::|sherd::|\(|\)/, "", name)
     sub(/ +$/, "", name)
-    size = name ~ /OnRays|^MarchRays/ ? 128 : 256
+    size = /BoundedForEachKernel/ ? 128 : 256
     if (match(name, /ThresholdMode[0-9]/)) {
       mode = substr(name, RSTART + 13, 1)
       sub(/<.*/, ", " (mode == 0 ? "uniform" : mode == 1 ? "blended" : mode == 2 ? "summed" : "gated") \

@@ -25,7 +25,7 @@ flags="-std=c++20 --expt-relaxed-constexpr -O3 -DNDEBUG -I. -Xptxas -v"
 
 : >"$work/rows"
 for architecture in $architectures; do
-  for source in cuda/cuda_renderer.cu cuda/cuda_thesis_renderer.cu cuda/photo_sampler.cu; do
+  for source in cuda/cuda_renderer.cu cuda/cuda_thesis_renderer.cu cuda/photo_shader.cu; do
     "$nvcc" $flags -arch="sm_$architecture" -cubin -o "$work/out.cubin" "$source" \
       2>&1 | c++filt | awk -v architecture="$architecture" -f cuda/kernel_report.awk >>"$work/rows"
   done

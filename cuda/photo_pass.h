@@ -31,6 +31,34 @@ class PhotoPass final : public ProfilingPhotoShader {
 
   void Shade(const PhotoScene& scene, const Camera& camera, PhotoPixels* pixels, Frame* frame,
              PhotoCounts* counts, const Control& control) override {
+    for (bool again = false;; again = true) {
+      try {
+        ShadeOnce(scene, camera, pixels, frame, counts, control);
+        return;
+      } catch (const ResourceError&) {
+        // Other surfaces, and pictures of other sizes, may hold what this one needs.
+        scene_.ReleaseOthers(&machine_);
+        ReleaseFrame();
+        if (again) throw;
+      }
+    }
+  }
+
+  Use use() const override {
+    return {tiles_.pool_bytes(), tiles_.held(), tiles_.loaded(), tiles_.rounds()};
+  }
+  void EnableProfile(bool enable) override { machine_.EnableProfile(enable); }
+  std::vector<KernelTime> LastKernels() const override { return machine_.times(); }
+
+ private:
+  template <class T>
+  using Buffer = typename Machine::template Buffer<T>;
+
+  // Pixels whose lookups are held at once.
+  static constexpr std::uint64_t kPartPixels = std::uint64_t{1} << 19;
+
+  void ShadeOnce(const PhotoScene& scene, const Camera& camera, PhotoPixels* pixels, Frame* frame,
+                 PhotoCounts* counts, const Control& control) {
     machine_.BeginFrame(control.stop, 0);
     scene_.Use(scene, &machine_);
     tiles_.Use(scene.camera, &machine_);
@@ -40,6 +68,7 @@ class PhotoPass final : public ProfilingPhotoShader {
     const std::uint64_t all = frame->color.size();
     for (std::uint64_t first = 0; first < all; first += kPartPixels) {
       const std::uint64_t count = std::min(kPartPixels, all - first);
+      if (first > 0) scene_.UseCameras(scene, &machine_);
       Choose(planes, backs, scene.show_unseen, first, count);
       SampleAll(kMostPhotos * count, pixels, control);
       const Vec3f unseen = LinearFromRgb8(kUnseenColor);
@@ -59,19 +88,6 @@ class PhotoPass final : public ProfilingPhotoShader {
     frame->color.swap(finished_);
   }
 
-  Use use() const override {
-    return {tiles_.pool_bytes(), tiles_.held(), tiles_.loaded(), tiles_.rounds()};
-  }
-  void EnableProfile(bool enable) override { machine_.EnableProfile(enable); }
-  std::vector<KernelTime> LastKernels() const override { return machine_.times(); }
-
- private:
-  template <class T>
-  using Buffer = typename Machine::template Buffer<T>;
-
-  // Pixels whose lookups are held at once.
-  static constexpr std::uint64_t kPartPixels = std::uint64_t{1} << 19;
-
   template <class T>
   const T* BringPlane(Buffer<T>* buffer, const std::vector<T>& plane) {
     machine_.Fill(buffer, plane.size(), 0, "picture", [&](std::size_t i) { return plane[i]; });
@@ -87,6 +103,21 @@ class PhotoPass final : public ProfilingPhotoShader {
     BringPlane(&color_, frame.color);
     planes.color = color_.data();
     return planes;
+  }
+
+  void ReleaseFrame() {
+    machine_.Release(&depth_);
+    machine_.Release(&normal_);
+    machine_.Release(&light_);
+    machine_.Release(&id_);
+    machine_.Release(&color_);
+    machine_.Release(&facing_);
+    machine_.Release(&cell_);
+    machine_.Release(&lookups_);
+    machine_.Release(&colors_);
+    machine_.Release(&there_);
+    machine_.Release(&count_);
+    machine_.ReleaseScratch();
   }
 
   void Clear(std::size_t photographs) {

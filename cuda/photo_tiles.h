@@ -32,7 +32,7 @@ class PhotoTiles {
   // pool_bytes: of pixels held at any time. Throws ResourceError where those of a single lookup
   // would not fit.
   PhotoTiles(std::uint64_t pool_bytes, const std::string& memory_name)
-      : most_slots_(pool_bytes / kTileBytes) {
+      : most_slots_(std::min<std::uint64_t>(pool_bytes / kTileBytes, kMostSlots)) {
     if (most_slots_ < kTilesOfOneLookup) {
       throw ResourceError("the store of photographs needs " +
                               std::to_string(kTilesOfOneLookup * kTileBytes) + " bytes of " +
@@ -110,10 +110,13 @@ class PhotoTiles {
           kernels::TiledPhoto& photo = photos_[requests[i].photo];
           if (!pyramid) {
             photo.finest = photo.coarsest + 1;
-          } else {
-            photo.finest = std::max(photo.finest, std::min(pyramid->finest(), photo.coarsest));
-            Place(photo, *pyramid, tiles[i], machine);
+            return;
           }
+          // Coarser than asked for: there is nothing finer to be had.
+          if (pyramid->finest() > requests[i].finest) {
+            photo.finest = std::max(photo.finest, std::min(pyramid->finest(), photo.coarsest));
+          }
+          Place(photo, *pyramid, tiles[i], machine);
         },
         control);
     UploadPhotos(machine);
@@ -125,6 +128,8 @@ class PhotoTiles {
   using Buffer = typename Machine::template Buffer<T>;
 
   static constexpr std::size_t kStagedTiles = 128;
+  static constexpr std::uint64_t kMostSlots = (std::uint64_t{1} << 21) - 1;  // 24 GiB; lists of
+                                                                             // them go as one row
 
   static kernels::TiledPhoto Layout(const LevelSize& size, std::uint64_t* tiles) {
     kernels::TiledPhoto photo{};
@@ -288,34 +293,35 @@ class PhotoTiles {
   // ResourceError where they do not even for those of one lookup.
   void Grow(std::uint64_t tiles, Machine* machine) {
     tiles = std::max(std::min(tiles, most_slots_), kTilesOfOneLookup);
-    bool grown = false;
-    while (slot_tile_.size() < tiles && !full_) {
+    while (slot_tile_.size() < tiles) {
       const std::uint64_t chunk_tiles = std::min<std::uint64_t>(
           std::uint64_t{1} << kernels::kChunkBits, most_slots_ - slot_tile_.size());
-      Buffer<Rgb8> chunk;
+      const bool enough = slot_tile_.size() >= kTilesOfOneLookup;
+      if (enough && machine->AvailableBytes() < chunk_tiles * kTileBytes) return;
       try {
-        machine->ResizeExactly(&chunk, chunk_tiles * kernels::kTilePixels, "photographs");
+        AddChunk(chunk_tiles, machine);
       } catch (const ResourceError&) {
-        if (slot_tile_.size() < kTilesOfOneLookup) throw;
-        full_ = true;
-        break;
+        if (!enough) throw;
+        return;
       }
-      chunks_.push_back(std::move(chunk));
-      for (std::uint64_t i = 0; i < chunk_tiles; ++i) {
-        free_.push_back(static_cast<std::uint32_t>(slot_tile_.size()));
-        slot_tile_.push_back(0);
-      }
-      grown = true;
     }
-    if (!grown) return;
+  }
+  void AddChunk(std::uint64_t chunk_tiles, Machine* machine) {
+    machine->ResizeExactly(&chunk_of_, (kMostSlots >> kernels::kChunkBits) + 1, "tiles");
+    Buffer<Rgb8> chunk;
+    machine->ResizeExactly(&chunk, chunk_tiles * kernels::kTilePixels, "photographs");
     std::vector<Rgb8*> pointers;
-    for (Buffer<Rgb8>& chunk : chunks_) pointers.push_back(chunk.data());
-    machine->Resize(&chunk_of_, pointers.size(), "tiles");
+    for (Buffer<Rgb8>& held : chunks_) pointers.push_back(held.data());
+    pointers.push_back(chunk.data());
     machine->Upload(&chunk_of_, 0, pointers.data(), pointers.size());
+    chunks_.push_back(std::move(chunk));
+    for (std::uint64_t i = 0; i < chunk_tiles; ++i) {
+      free_.push_back(static_cast<std::uint32_t>(slot_tile_.size()));
+      slot_tile_.push_back(0);
+    }
   }
 
   std::uint64_t most_slots_;
-  bool full_ = false;  // the machine's memory is
   std::uint32_t round_ = 0;
   std::uint64_t loaded_ = 0;
   // The photographs' sizes, 0 x 0 where there is none, and their tiles.

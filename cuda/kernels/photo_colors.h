@@ -59,6 +59,9 @@ struct FacePixels {
 
 // One thread a cell of the picture at half the size.
 struct SumRims {
+  static constexpr int kThreads = 128;
+  static constexpr int kBlocksPerMultiprocessor = 4;  // 128 registers
+
   HitPlanes planes;
   SheetView sheet;
   const Facing* facing;
@@ -117,6 +120,10 @@ inline constexpr std::uint8_t kInHole = 0x40, kNotLookedAt = 0x80;
 
 // One thread a pixel of a part of the picture.
 struct ChoosePixelPhotos {
+  static constexpr int kThreads = 128;
+  static constexpr int kBlocksPerMultiprocessor = 3;  // 168 registers; at 128 it spills
+  static constexpr std::uint64_t kThreadsAtOnce = std::uint64_t{1} << 17;  // of many photographs
+
   HitPlanes planes;
   SheetView sheet;
   PhotosView photos;
@@ -163,6 +170,9 @@ struct PhotoTally {
 
 // One thread a pixel of a part of the picture.
 struct BlendPixelPhotos {
+  static constexpr int kThreads = 128;
+  static constexpr int kBlocksPerMultiprocessor = 8;  // 64 registers
+
   HitPlanes planes;
   bool show_unseen;
   Vec3f unseen;         // linear

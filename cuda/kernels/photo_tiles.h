@@ -102,6 +102,9 @@ struct TileTexels {
 
 // One thread a lookup; kMostPhotos of a pixel lie together.
 struct SamplePhotos {
+  static constexpr int kThreads = 128;
+  static constexpr int kBlocksPerMultiprocessor = 8;  // 64 registers
+
   PhotoTilesView tiles;
   const PhotoLookup* lookups;
   const std::uint8_t* count;  // of a pixel's lookups; kMostPhotos at most, or nothing to look up

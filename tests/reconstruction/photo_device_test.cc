@@ -79,6 +79,17 @@ TEST(PhotoDevice, EveryLevelIsRead) {
   }
 }
 
+// What was read coarsely for one picture does not blur the next.
+TEST(PhotoDevice, FinerLevelsAreReadWhenAPictureComesNearer) {
+  const Board board(2.5);
+  ByKernels own(board, std::uint64_t{64} << 20);
+  for (const int width : {20, 1600, 90, 400}) {
+    const Camera camera = Board::View().Resized(width, width * 3 / 4);
+    EXPECT_TRUE(SameColors(Shaded(board, &own.shader, &own.stats, camera), OnCpu(board, camera)))
+        << width;
+  }
+}
+
 TEST(PhotoDevice, WhatIsHeldIsNotDecodedAgain) {
   const Board board;
   ByKernels own(board, std::uint64_t{64} << 20);
@@ -146,11 +157,15 @@ TEST(PhotoDevice, MemoryThatRunsOutIsSaidAndTheCpuGoesOn) {
   const Board board;
   const Frame expected = OnCpu(board);
   HostLoopOptions little;
-  little.memory_bytes = 2'000'000;  // less than the picture
-  ByKernels own(board, std::uint64_t{16} << 20, little);
+  little.memory_bytes = 10'000'000;  // less than the picture
+  ByKernels own(board, 40 * kTile, little);
   EXPECT_TRUE(SameColors(Shaded(board, &own.shader, &own.stats), expected));
   ASSERT_EQ(own.stats.warnings.size(), 1u);
   EXPECT_THAT(own.stats.warnings[0], ::testing::HasSubstr("out of memory"));
+  // A smaller picture is its own again.
+  const Camera small = Board::View().Resized(40, 30);
+  EXPECT_TRUE(SameColors(Shaded(board, &own.shader, &own.stats, small), OnCpu(board, small)));
+  EXPECT_TRUE(own.stats.warnings.empty());
   EXPECT_THROW(MakeHostLoopPhotoShader(12 * kTile - 1), ResourceError);
 }
 
