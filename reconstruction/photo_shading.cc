@@ -101,8 +101,9 @@ class PhotoShares {
 
 // What belongs to one level and surface: kept from picture to picture.
 struct KnownLevel {
-  std::uint64_t id = 0;      // of no other
-  std::uint64_t digest = 0;  // DigestOf
+  std::uint64_t id = 0;        // of no other
+  std::uint64_t sheet_id = 0;  // of other surfaces of the same level as well
+  std::uint64_t digest = 0;    // DigestOf
   std::weak_ptr<const Level> level;
   Surface surface;
   std::unique_ptr<SurfaceDepths> depths;
@@ -124,10 +125,13 @@ struct PhotographShader::Impl {
   std::uint64_t levels_known = 0;
   std::vector<Vec3f> gain;              // by photograph; empty until they are known
   std::unique_ptr<PhotoShader> device;  // where there is one
-  std::string device_lost;              // why it was given up
+  std::string device_lost;              // why it was given up, or could not make this picture
+  std::unique_ptr<Renderer> cpu = MakeCpuRenderer();
+  Renderer* renderer = cpu.get();
 
   KnownLevel& Known(const std::shared_ptr<const Level>& level, const Surface& surface);
-  void FindGains(const Level& level, SurfaceDepths* depths, const Control& control);
+  void FindGains(const std::shared_ptr<const Level>& level, SurfaceDepths* depths,
+                 const Control& control);
   PhotoCounts ShadeOnCpu(const PhotoScene& scene, const Camera& camera, Frame* frame,
                          const Control& control);
   void Select(const PhotoScene& scene, const BackFaces& backs, const Camera& camera,
@@ -160,9 +164,13 @@ KnownLevel& PhotographShader::Impl::Known(const std::shared_ptr<const Level>& le
   added.surface = surface;
   added.depths =
       std::make_unique<SurfaceDepths>(photos.survey(), *level, surface, bytes / 4 / kMostLevels);
-  added.index = other != known.end()
-                    ? other->index
-                    : std::make_shared<const SupportIndex>(IndexOfSheet(level->cloud));
+  if (other != known.end()) {
+    added.index = other->index;
+    added.sheet_id = other->sheet_id;
+  } else {
+    added.index = std::make_shared<const SupportIndex>(IndexOfSheet(level->cloud));
+    added.sheet_id = added.id;
+  }
   if (known.size() == kMostLevels) known.pop_back();
   known.push_front(std::move(added));
   return known.front();
@@ -170,13 +178,14 @@ KnownLevel& PhotographShader::Impl::Known(const std::shared_ptr<const Level>& le
 
 // Exposures are compared at metaballs spread evenly over the cloud (it is in Morton order), in the
 // photographs that the level lists there, or, where it has no lists, that see the place.
-void PhotographShader::Impl::FindGains(const Level& level, SurfaceDepths* depths,
-                                       const Control& control) {
+void PhotographShader::Impl::FindGains(const std::shared_ptr<const Level>& shared,
+                                       SurfaceDepths* depths, const Control& control) {
+  const Level& level = *shared;
   const std::size_t n = level.cloud.size();
   const bool lists = level.photo_begin.size() == n + 1;
   const bool normals = level.normal.size() == n;
   std::vector<bool> all(photos.size(), true);
-  if (!lists) depths->Prepare(level, all, control);
+  if (!lists) depths->Prepare(shared, all, renderer, control);
   const std::size_t step = std::max<std::size_t>(1, n / kExposurePlaces);
   std::vector<PhotoLookup> lookups;
   std::vector<ExposureSample> samples;
@@ -357,11 +366,15 @@ void PhotographShader::ShadeOn(std::unique_ptr<PhotoShader> device) {
   impl_->device_lost.clear();
 }
 
+void PhotographShader::DrawWith(Renderer* renderer) {
+  impl_->renderer = renderer ? renderer : impl_->cpu.get();
+}
+
 PhotoShadingStats PhotographShader::Shade(const Level& level, const Surface& surface,
                                           const Camera& camera, Frame* frame,
                                           const Control& control) {
-  return Shade(std::shared_ptr<const Level>(std::shared_ptr<void>(), &level), surface, camera,
-               frame, control);
+  return Shade(std::shared_ptr<const Level>(&level, [](const Level*) {}), surface, camera, frame,
+               control);
 }
 
 PhotoShadingStats PhotographShader::Shade(const std::shared_ptr<const Level>& level,
@@ -379,16 +392,17 @@ PhotoShadingStats PhotographShader::Shade(const std::shared_ptr<const Level>& le
   const KnownLevel& known = impl_->Known(level, surface);
   SurfaceDepths& depths = *known.depths;
   if (impl_->gain.empty() && impl_->options.even_exposures) {
-    impl_->FindGains(*level, &depths, control);
+    impl_->FindGains(level, &depths, control);
   }
   const std::vector<std::uint32_t> candidates = PhotoCandidates(photos, camera, *frame);
   std::vector<bool> needed(photos.size(), false);
   for (const std::uint32_t photo : candidates) needed[photo] = true;
-  depths.Prepare(*level, needed, control);
+  depths.Prepare(level, needed, impl_->renderer, control);
 
   PhotoScene scene;
   scene.sheet = SheetOf(*level, *known.index);
-  scene.sheet_key = scene.sight_key = known.id;
+  scene.sheet_key = known.sheet_id;
+  scene.sight_key = known.id;
   scene.camera = photos.cameras();
   scene.sight = depths.sights();
   scene.mask = photos.masks();
@@ -396,21 +410,20 @@ PhotoShadingStats PhotographShader::Shade(const std::shared_ptr<const Level>& le
   scene.candidates = candidates;
   scene.show_unseen = impl_->options.show_unseen;
   PhotoCounts counts;
+  bool shaded = false;
   if (impl_->device) {
-    const auto give_up = [&](const Error& error) {
-      impl_->device_lost = error.what();
-      impl_->device.reset();
-      counts = {};
-    };
+    impl_->device_lost.clear();
     try {
       impl_->device->Shade(scene, camera, &photos, frame, &counts, control);
+      shaded = true;
     } catch (const DeviceError& error) {
-      give_up(error);
-    } catch (const ResourceError& error) {
-      give_up(error);
+      impl_->device_lost = error.what();
+      impl_->device.reset();
+    } catch (const ResourceError& error) {  // there may be room again for the next one
+      impl_->device_lost = error.what();
     }
   }
-  if (!impl_->device) counts = impl_->ShadeOnCpu(scene, camera, frame, control);
+  if (!shaded) counts = impl_->ShadeOnCpu(scene, camera, frame, control);
 
   PhotoShadingStats stats;
   stats.pixels = counts.pixels;

@@ -12,6 +12,7 @@
 #include "metaball/control.h"
 #include "metaball/frame.h"
 #include "metaball/photo/photo_shader.h"
+#include "metaball/renderer.h"
 #include "metaball/scene.h"
 #include "reconstruction/level.h"
 #include "reconstruction/survey.h"
@@ -67,9 +68,13 @@ class PhotographShader {
   ~PhotographShader();
   PhotographShader(PhotographShader&&) noexcept;
 
-  // Works on `device` from now on; on the CPU without one. When the device fails (DeviceError,
-  // ResourceError) it is given up for the CPU, with a warning in the stats.
+  // Works on `device` from now on; on the CPU without one. A device that fails (DeviceError) is
+  // given up for the CPU, one whose memory is short (ResourceError) for this picture, with a
+  // warning in the stats.
   void ShadeOn(std::unique_ptr<PhotoShader> device);
+  // What each photograph sees is drawn by `renderer` from now on, which must live until another one
+  // is named; null: by the CPU.
+  void DrawWith(Renderer* renderer);
 
   // `frame` must have been rendered from the level's cloud with `surface` by `camera`, with depth,
   // normal and id planes. The photographs' colours are lit by the frame's light plane, and are left

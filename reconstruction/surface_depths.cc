@@ -22,7 +22,6 @@ SurfaceDepths::SurfaceDepths(const Survey& survey, const Level& level, const Sur
     : survey_(survey),
       surface_(surface),
       jump_(kJumpSpacings * level.stats.spacing),
-      renderer_(MakeCpuRenderer()),
       planes_(survey.photographs.size()),
       sights_(survey.photographs.size()) {
   const double pixels = static_cast<double>(max_bytes) / (sizeof(float) + 1) /
@@ -41,15 +40,12 @@ Camera SurfaceDepths::CameraOf(std::size_t photo) const {
   return camera.Cropped(-margin, -margin, width + 2 * margin, height + 2 * margin);
 }
 
-void SurfaceDepths::Render(const Level& level, std::size_t photo, const Control& control) {
-  Scene scene;
-  scene.cloud = std::shared_ptr<const Cloud>(std::shared_ptr<void>(), &level.cloud);
-  scene.surface = surface_;
-  scene.lighting.unlit = true;
+void SurfaceDepths::Render(const Scene& scene, std::size_t photo, Renderer* renderer,
+                           const Control& control) {
   RenderSettings settings;
   settings.planes.depth = true;
   const Camera camera = CameraOf(photo);
-  Frame frame = renderer_->Render(scene, camera, settings, {{}, control.stop});
+  Frame frame = renderer->Render(scene, camera, settings, {{}, control.stop});
   const std::vector<float>& depth = frame.depth;
   const int width = camera.width, height = camera.height;
   std::vector<std::uint8_t> inside(depth.size());
@@ -80,8 +76,13 @@ void SurfaceDepths::Render(const Level& level, std::size_t photo, const Control&
   sights_[photo] = {camera, planes.depth.data(), planes.inside.data()};
 }
 
-void SurfaceDepths::Prepare(const Level& level, const std::vector<bool>& photos,
+void SurfaceDepths::Prepare(const std::shared_ptr<const Level>& level,
+                            const std::vector<bool>& photos, Renderer* renderer,
                             const Control& control) {
+  Scene scene;
+  scene.cloud = std::shared_ptr<const Cloud>(level, &level->cloud);
+  scene.surface = surface_;
+  scene.lighting.unlit = true;
   std::size_t missing = 0, done = 0;
   for (std::size_t i = 0; i < sights_.size(); ++i) missing += photos[i] && !sights_[i].depth;
   for (std::size_t i = 0; i < sights_.size(); ++i) {
@@ -89,7 +90,7 @@ void SurfaceDepths::Prepare(const Level& level, const std::vector<bool>& photos,
     control.ThrowIfStopped();
     control.Report("finding what each photograph sees",
                    static_cast<double>(done++) / static_cast<double>(missing));
-    Render(level, i, control);
+    Render(scene, i, renderer, control);
   }
 }
 

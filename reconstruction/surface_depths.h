@@ -23,9 +23,10 @@ class SurfaceDepths {
   SurfaceDepths(const Survey& survey, const Level& level, const Surface& surface,
                 std::size_t max_bytes);
 
-  // Renders the maps of these photographs that are not there yet. `level` must be equal to the one
-  // that was given first. Throws Cancelled.
-  void Prepare(const Level& level, const std::vector<bool>& photos, const Control& control);
+  // Has the maps of these photographs drawn that are not there yet. `level` must be equal to the
+  // one that was given first. Throws Cancelled, and as Renderer::Render does.
+  void Prepare(const std::shared_ptr<const Level>& level, const std::vector<bool>& photos,
+               Renderer* renderer, const Control& control);
 
   // By photograph; without planes where none was prepared. Valid until the next Prepare.
   std::span<const SightMap> sights() const { return sights_; }
@@ -40,13 +41,12 @@ class SurfaceDepths {
     std::vector<std::uint8_t> inside;
   };
   Camera CameraOf(std::size_t photo) const;
-  void Render(const Level& level, std::size_t photo, const Control& control);
+  void Render(const Scene& scene, std::size_t photo, Renderer* renderer, const Control& control);
 
   const Survey& survey_;
   int side_ = kLargestSide;
   Surface surface_;
-  double jump_ = 0;  // world units: depths that differ by more are not one surface
-  std::unique_ptr<Renderer> renderer_;
+  double jump_ = 0;               // world units: depths that differ by more are not one surface
   std::vector<Planes> planes_;    // by photograph
   std::vector<SightMap> sights_;  // of the planes
 };

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/cli/command.h"
 #include "app/cli/look_options.h"
@@ -140,6 +141,10 @@ int RunCompare(const Options& options, const Environment& environment) {
   settings.planes.depth = true;
   const Background background = ParseBackground(look.background);
 
+  std::optional<PhotographShader> photographs;  // decoded once for all levels
+  if (look.photo_colors()) {
+    photographs.emplace(look.Photographs(*survey, backend.get()));
+  }
   AppearanceOptions appearance = look.appearance;
   std::vector<SheetPanel> panels;
   std::vector<std::string> warnings;
@@ -162,8 +167,8 @@ int RunCompare(const Options& options, const Environment& environment) {
     panel.level = level->stats;
     panel.threshold = scene.surface.threshold;
     panel.radius_scale = scene.surface.radius_scale;
-    if (look.photo_colors()) {
-      PhotographRenderer renderer(backend.get(), *survey, level, look.PhotoOptions(*survey));
+    if (photographs) {
+      PhotographRenderer renderer(backend.get(), &*photographs, level);
       panel.frame = renderer.Render(scene, camera, settings, control);
       warnings.insert(warnings.end(), renderer.photo_stats().warnings.begin(),
                       renderer.photo_stats().warnings.end());

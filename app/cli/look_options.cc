@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/project/render_picture.h"
 #include "cuda/renderers.h"
 #include "metaball/error.h"
 #include "metaball/lod_renderer.h"
@@ -33,6 +34,14 @@ PhotoShadingOptions LookOptions::PhotoOptions(const Survey& survey) const {
   options.even_exposures = !as_shot;
   options.show_unseen = show_unseen;
   return options;
+}
+
+PhotographShader LookOptions::Photographs(const Survey& survey, Renderer* renderer) const {
+  PhotographShader shader = MakePhotographShader(survey, renderer, PhotoOptions(survey));
+  // What photographs see is compared with to less than a pixel: not by a coarser level, nor by a
+  // method that is there to be compared with.
+  if (level_of_detail || ParseMethod(method) != Method::kOurs) shader.DrawWith(nullptr);
+  return shader;
 }
 
 void LookOptions::CheckPhotoOptions() const {

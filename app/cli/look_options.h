@@ -41,6 +41,8 @@ struct LookOptions {
   bool needs_survey() const { return photo_colors() || !photo.empty(); }
   // How the photographs are looked up. Throws InputError for a photograph that does not exist.
   PhotoShadingOptions PhotoOptions(const Survey& survey) const;
+  // A shader so made that works where `renderer`, one of RendererOf, draws. Both must outlive it.
+  PhotographShader Photographs(const Survey& survey, Renderer* renderer) const;
   // Throws InputError where an option for photographs' colours is given without them.
   void CheckPhotoOptions() const;
   ViewRequest Request(bool keep_photo_shape) const;

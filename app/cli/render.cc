@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/cli/command.h"
 #include "app/cli/look_options.h"
@@ -133,12 +134,13 @@ int RunRender(const RenderOptions& options, const Environment& environment) {
 
   std::string why;
   const std::unique_ptr<Renderer> backend = RendererOf(look, &why);
-  std::unique_ptr<PhotographRenderer> photo_renderer;
+  std::optional<PhotographShader> photographs;
+  std::optional<PhotographRenderer> photo_renderer;
   if (look.photo_colors()) {
-    photo_renderer = std::make_unique<PhotographRenderer>(
-        backend.get(), *source.survey, source.level, look.PhotoOptions(*source.survey));
+    photographs.emplace(look.Photographs(*source.survey, backend.get()));
+    photo_renderer.emplace(backend.get(), &*photographs, source.level);
   }
-  Renderer* const renderer = photo_renderer ? photo_renderer.get() : backend.get();
+  Renderer* const renderer = photo_renderer ? &*photo_renderer : backend.get();
   if (look.Device().backend == Backend::kAuto && backend->backend() == "cpu" && !why.empty()) {
     std::fprintf(stderr, "%s\n", OneLine(why).c_str());
   }

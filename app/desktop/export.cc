@@ -10,6 +10,7 @@
 
 #include "app/desktop/overlay.h"
 #include "app/project/format.h"
+#include "app/project/render_picture.h"
 #include "app/report/sheet.h"
 #include "metaball/color.h"
 #include "metaball/error.h"
@@ -20,34 +21,6 @@ namespace {
 
 // Rays in one band: a fraction of a second on a CPU, and some 300 MB of planes at most.
 constexpr std::uint64_t kBandRays = 2'000'000;
-
-// The mean of n x n pixels, in linear light; the colours alone.
-Frame Reduced(const Frame& fine, int n) {
-  Frame frame;
-  frame.width = fine.width / n;
-  frame.height = fine.height / n;
-  frame.color.resize(static_cast<std::size_t>(frame.width) * frame.height);
-  frame.stats = fine.stats;
-  const float weight = 1.0f / static_cast<float>(n * n);
-  for (int y = 0; y < frame.height; ++y) {
-    for (int x = 0; x < frame.width; ++x) {
-      Pixel sum;
-      for (int j = 0; j < n; ++j) {
-        const Pixel* row = fine.color.data() + static_cast<std::size_t>(y * n + j) * fine.width;
-        for (int i = 0; i < n; ++i) {
-          const Pixel& p = row[x * n + i];
-          sum.r += p.r;
-          sum.g += p.g;
-          sum.b += p.b;
-          sum.a += p.a;
-        }
-      }
-      frame.color[static_cast<std::size_t>(y) * frame.width + x] = {sum.r * weight, sum.g * weight,
-                                                                    sum.b * weight, sum.a * weight};
-    }
-  }
-  return frame;
-}
 
 // The scale bar of a whole picture, to be laid over its bands as they come.
 class ScaleBarLayer {
@@ -103,12 +76,10 @@ std::map<std::string, std::string> MetadataOf(const ExportScene& scene, const Ex
           {"sherd:device", device}};
 }
 
-// Looks photographs up where `renderer` draws; null without a survey, which must outlive it.
-std::unique_ptr<PhotographShader> ShaderBeside(const Renderer& renderer, const Survey* survey) {
+// Null without a survey, which must outlive it as the renderer must.
+std::unique_ptr<PhotographShader> ShaderOf(Renderer* renderer, const Survey* survey) {
   if (!survey) return nullptr;
-  auto shader = std::make_unique<PhotographShader>(*survey);
-  shader->ShadeOn(MakePhotoShader(renderer));
-  return shader;
+  return std::make_unique<PhotographShader>(MakePhotographShader(*survey, renderer));
 }
 
 }  // namespace
@@ -119,12 +90,12 @@ RenderStats RenderInBands(const PictureJob& job, const Camera& camera, int super
   const int n = std::max(1, supersample);
   const Scene scene{job.cloud(), job.surface, job.lighting};
   RenderSettings settings;
-  // A photograph is looked up once a pixel: with photographs the picture is made larger and
-  // reduced, else the renderer takes the rays together.
-  const int scale = job.photographs ? n : 1;
-  settings.supersample = job.photographs ? 1 : n;
-  settings.planes.depth = settings.planes.normal = settings.planes.id = job.photographs != nullptr;
-  settings.planes.light = job.photographs && !job.lighting.unlit;
+  settings.supersample = n;
+  Renderer* renderer = job.renderer;
+  std::optional<PhotographRenderer> photographs;
+  if (job.photographs) {
+    renderer = &photographs.emplace(job.renderer, job.photographs, job.level);
+  }
 
   RenderStats stats;
   const std::uint64_t rays_per_row = static_cast<std::uint64_t>(camera.width) * n * n;
@@ -135,13 +106,8 @@ RenderStats RenderInBands(const PictureJob& job, const Camera& camera, int super
     const int height = std::min(rows, camera.height - y0);
     const Control part = PartOf(control, static_cast<double>(y0) / camera.height,
                                 static_cast<double>(y0 + height) / camera.height);
-    Camera band_camera = camera.Cropped(0, y0, camera.width, height);
-    if (scale > 1) band_camera = band_camera.Resized(camera.width * scale, height * scale);
-    Frame band = job.renderer->Render(scene, band_camera, settings, part);
-    if (job.photographs) {
-      job.photographs->Shade(job.level, job.surface, band_camera, &band, part);
-    }
-    if (scale > 1) band = Reduced(band, scale);
+    Frame band =
+        renderer->Render(scene, camera.Cropped(0, y0, camera.width, height), settings, part);
     stats += band.stats;
     take(y0, std::move(band));
     part.Report("Rendering", 1.0);
@@ -163,7 +129,7 @@ void ExportScreenshot(const ExportScene& scene, const ExportView& view,
   std::unique_ptr<PhotographShader> photographs;
   if (view.photograph_colors) {
     survey = scene.document->LoadSurvey(control);
-    photographs = ShaderBeside(*renderer, survey.get());
+    photographs = ShaderOf(renderer.get(), survey.get());
   }
   job.photographs = photographs.get();
 
@@ -211,7 +177,7 @@ void ExportSheet(const ExportScene& scene, const std::vector<ExportView>& views,
                   [](const ExportView& view) { return view.photograph_colors; })) {
     control.Report("Finding the photographs", 0.0);
     survey = scene.document->LoadSurvey(control);
-    photographs = ShaderBeside(*renderer, survey.get());
+    photographs = ShaderOf(renderer.get(), survey.get());
   }
 
   std::vector<SheetPanel> panels;

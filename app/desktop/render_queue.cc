@@ -218,6 +218,7 @@ void RenderQueue::run(const std::stop_token& stop) {
     running_since_.start();
     running_stop_ = std::stop_source();
     const bool start_over = std::exchange(renderers_stale_, false);
+    if (start_over) shader_gpu_.reset();
     for (auto it = renderers_.begin(); it != renderers_.end();) {
       it = panes_.count(it->first) == 0 || start_over ? renderers_.erase(it) : std::next(it);
     }
@@ -368,16 +369,17 @@ void RenderQueue::tellDevice(int pane) {
 }
 
 PhotographShader& RenderQueue::shaderFor(const std::shared_ptr<const Survey>& survey,
-                                         const Renderer& renderer) {
+                                         Renderer& renderer) {
   if (shader_survey_ != survey) {
     shader_ = std::make_unique<PhotographShader>(*survey);
     shader_survey_ = survey;
-    shader_gpu_ = Renderer::kNoGpu;
+    shader_gpu_.reset();
   }
   if (shader_gpu_ != renderer.gpu()) {
     shader_->ShadeOn(MakePhotoShader(renderer));
     shader_gpu_ = renderer.gpu();
   }
+  shader_->DrawWith(&renderer);
   return *shader_;
 }
 

@@ -132,8 +132,7 @@ class RenderQueue : public QObject {
   // Tells where the pane's renderer is another than it was.
   void tellDevice(int pane);
   // Its photographs are looked up where `renderer` draws.
-  PhotographShader& shaderFor(const std::shared_ptr<const Survey>& survey,
-                              const Renderer& renderer);
+  PhotographShader& shaderFor(const std::shared_ptr<const Survey>& survey, Renderer& renderer);
 
   RendererFactory factory_;
   mutable std::mutex mutex_;  // guards everything down to the renderers
@@ -156,7 +155,7 @@ class RenderQueue : public QObject {
   std::map<int, PaneRenderer> renderers_;
   std::shared_ptr<const Survey> shader_survey_;
   std::unique_ptr<PhotographShader> shader_;
-  int shader_gpu_ = Renderer::kNoGpu;  // on which it looks photographs up
+  std::optional<int> shader_gpu_;  // for which it was given a device last
 
   std::jthread worker_;  // last: started when everything else is there, joined first
 };

@@ -10,11 +10,12 @@
 
 namespace sherd {
 
-PhotographRenderer::PhotographRenderer(Renderer* inner, const Survey& survey,
-                                       std::shared_ptr<const Level> level,
-                                       const PhotoShadingOptions& options)
-    : inner_(inner), level_(std::move(level)), shader_(survey, options) {
-  shader_.ShadeOn(MakePhotoShader(*inner));
+PhotographShader MakePhotographShader(const Survey& survey, Renderer* renderer,
+                                      const PhotoShadingOptions& options) {
+  PhotographShader shader(survey, options);
+  shader.ShadeOn(MakePhotoShader(*renderer));
+  shader.DrawWith(renderer);
+  return shader;
 }
 
 Frame PhotographRenderer::Render(const Scene& scene, const Camera& camera,
@@ -29,7 +30,7 @@ Frame PhotographRenderer::Render(const Scene& scene, const Camera& camera,
   all.planes.light |= !scene.lighting.unlit;
   Frame frame = inner_->Render(without_photos, camera, all, PartOf(control, 0, 0.5));
   const PhotoShadingStats stats =
-      shader_.Shade(level_, scene.surface, camera, &frame, PartOf(control, 0.5, 1));
+      shader_->Shade(level_, scene.surface, camera, &frame, PartOf(control, 0.5, 1));
   frame.stats.seconds_total += stats.seconds;
   if (!settings.planes.depth) frame.depth = {};
   if (!settings.planes.normal) frame.normal = {};

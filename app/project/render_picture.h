@@ -12,13 +12,18 @@
 
 namespace sherd {
 
+// A shader of the survey's photographs that works where `renderer` draws: on its GPU, if it has
+// one, and what each photograph sees is drawn by it. Both must outlive it.
+PhotographShader MakePhotographShader(const Survey& survey, Renderer* renderer,
+                                      const PhotoShadingOptions& options = {});
+
 // A renderer that gives every hit the colour the photographs show there. The scene it is given must
 // hold the level's cloud.
 class PhotographRenderer final : public Renderer {
  public:
-  // `inner` and `survey` must outlive it.
-  PhotographRenderer(Renderer* inner, const Survey& survey, std::shared_ptr<const Level> level,
-                     const PhotoShadingOptions& options = {});
+  // `inner` and `shader` must outlive it.
+  PhotographRenderer(Renderer* inner, PhotographShader* shader, std::shared_ptr<const Level> level)
+      : inner_(inner), shader_(shader), level_(std::move(level)) {}
 
   Frame Render(const Scene& scene, const Camera& camera, const RenderSettings& settings,
                const Control& control = {}) override;
@@ -32,8 +37,8 @@ class PhotographRenderer final : public Renderer {
 
  private:
   Renderer* inner_;
+  PhotographShader* shader_;
   std::shared_ptr<const Level> level_;
-  PhotographShader shader_;
   PhotoShadingStats stats_;
 };
 

@@ -112,7 +112,8 @@ TEST(RenderPicture, PhotographsShowWhatTheyShow) {
   const Photographed cloth;
   const auto cpu = MakeCpuRenderer();
   const Frame blended = cpu->Render(cloth.scene, cloth.camera, {});
-  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level);
+  PhotographShader photographs = MakePhotographShader(*cloth.survey, cpu.get());
+  PhotographRenderer renderer(cpu.get(), &photographs, cloth.level);
   RenderSettings settings;
   settings.supersample = 2;
   const Frame shaded = renderer.Render(cloth.scene, cloth.camera, settings);
@@ -143,7 +144,8 @@ TEST(RenderPicture, LightsAndShadowsFallOnPhotographs) {
   RenderSettings settings;
   settings.planes.light = true;
   const auto cpu = MakeCpuRenderer();
-  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level);
+  PhotographShader photographs = MakePhotographShader(*cloth.survey, cpu.get());
+  PhotographRenderer renderer(cpu.get(), &photographs, cloth.level);
   const Frame unlit = renderer.Render(cloth.scene, camera, {});
   EXPECT_TRUE(unlit.light.empty());
   Light sun;
@@ -154,8 +156,8 @@ TEST(RenderPicture, LightsAndShadowsFallOnPhotographs) {
   cloth.scene.lighting.unlit = false;
   const Frame expected = cpu->Render(cloth.scene, camera, settings);
   const auto check = [&](Renderer* inner) {
-    const Frame lit =
-        PhotographRenderer(inner, *cloth.survey, cloth.level).Render(cloth.scene, camera, {});
+    PhotographShader own = MakePhotographShader(*cloth.survey, inner);
+    const Frame lit = PhotographRenderer(inner, &own, cloth.level).Render(cloth.scene, camera, {});
     EXPECT_TRUE(lit.light.empty() && lit.id.empty());
     std::size_t hits = 0, off = 0;
     for (std::size_t i = 0; i < lit.color.size(); ++i) {
@@ -178,7 +180,8 @@ TEST(RenderPicture, LightsAndShadowsFallOnPhotographs) {
 TEST(RenderPicture, ThePhotographsColorsAreFiltered) {
   Photographed cloth;
   const auto cpu = MakeCpuRenderer();
-  PhotographRenderer renderer(cpu.get(), *cloth.survey, cloth.level);
+  PhotographShader photographs = MakePhotographShader(*cloth.survey, cpu.get());
+  PhotographRenderer renderer(cpu.get(), &photographs, cloth.level);
   Frame expected = renderer.Render(cloth.scene, cloth.camera, {});
   BoxFilter(expected.width, expected.height, 3, &expected.color, 1);
   cloth.scene.appearance.filter = 3;

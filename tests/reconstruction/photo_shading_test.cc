@@ -331,7 +331,9 @@ TEST(Selection, NoPhotographEntersOrLeavesWithASeam) {
   PhotoSet photos(board.survey, 1 << 20, {});
   photos.Prepare(std::vector<bool>(9, true));
   SurfaceDepths depths(board.survey, board.level, {}, std::size_t{64} << 20);
-  depths.Prepare(board.level, std::vector<bool>(9, true), {});
+  const auto cpu = MakeCpuRenderer();
+  depths.Prepare(std::make_shared<const Level>(board.level), std::vector<bool>(9, true), cpu.get(),
+                 {});
   const std::vector<std::uint32_t> candidates{0, 1, 2, 3, 4, 5, 6, 7, 8};
   const PhotosView view = photos.ViewOf(depths.sights(), candidates);
   std::vector<double> before;
