@@ -22,7 +22,7 @@ struct RenderStats {
   std::uint64_t rays_started_inside = 0;  // F >= threshold at the ray's start: a hit at depth 0
   std::uint64_t grazing = 0;     // passed within the tolerance of the threshold and taken as a miss
   std::uint64_t unresolved = 0;  // the iteration bound was reached: the pixel may be wrong
-  double seconds_prepare = 0;    // transfer and per-frame constants
+  double seconds_prepare = 0;    // transfers, and what is made once and kept for further pictures
   double seconds_bin = 0;
   double seconds_trace = 0;  // crossing and shading
   double seconds_total = 0;
@@ -33,6 +33,9 @@ struct RenderStats {
   double lod_seconds = 0;           // choosing and making the level, part of seconds_total
   std::uint64_t lod_bytes = 0;      // of the levels made so far
   std::string lod_note;             // why none could be used; empty where one could
+
+  // What a further picture like this one takes: what stands beside a level to be compared.
+  double SecondsToDraw() const { return seconds_total - seconds_prepare; }
 
   RenderStats& operator+=(
       const RenderStats& other);  // sums counts and times (pictures made in parts)

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "metaball/error.h"
+#include "metaball/stopwatch.h"
 #include "reconstruction/parallel.h"
 
 namespace sherd {
@@ -66,7 +67,10 @@ void PhotoSet::Decode(std::span<const PhotoRequest> requests, const char* what,
   for (const std::size_t i : order) ordered.push_back(files[i]);
   for (std::size_t r = 0; r < ordered.size();) {
     control.Report(what, static_cast<double>(r) / static_cast<double>(ordered.size()));
-    for (const auto& pyramid : store_.Fetch(ordered, r, control, &problems_)) {
+    const Stopwatch decoding;
+    const auto pyramids = store_.Fetch(ordered, r, control, &problems_);
+    seconds_decoding_ += decoding.Seconds();
+    for (const auto& pyramid : pyramids) {
       const std::size_t i = order[r++];
       const std::uint32_t photo = requests[i].photo;
       if (pyramid) {

@@ -59,6 +59,7 @@ class PhotoSet final : public PhotoPixels {
              const std::function<void(std::size_t i, const PhotoPyramid* pyramid)>& visit,
              const Control& control) override;
 
+  double seconds_decoding() const { return seconds_decoding_; }  // so far
   // Photographs that Visit and Fetch have decoded since the last ClearUsed.
   std::uint64_t used() const;
   const std::vector<bool>& used_photos() const { return used_; }
@@ -82,6 +83,7 @@ class PhotoSet final : public PhotoPixels {
   std::vector<PhotoCamera> cameras_;        // of the views; not usable where there is none
   std::vector<MaskDistanceView> masks_of_;  // none where no photograph has one
   std::vector<bool> tried_, left_out_, used_;
+  double seconds_decoding_ = 0;
   std::vector<std::string> problems_;
 };
 

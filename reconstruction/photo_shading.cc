@@ -394,10 +394,14 @@ PhotoShadingStats PhotographShader::Shade(const std::shared_ptr<const Level>& le
   if (impl_->gain.empty() && impl_->options.even_exposures) {
     impl_->FindGains(level, &depths, control);
   }
+  const Stopwatch looking;
   const std::vector<std::uint32_t> candidates = PhotoCandidates(photos, camera, *frame);
+  const double seconds_looking = looking.Seconds();
   std::vector<bool> needed(photos.size(), false);
   for (const std::uint32_t photo : candidates) needed[photo] = true;
   depths.Prepare(level, needed, impl_->renderer, control);
+  const double seconds_once = watch.Seconds() - seconds_looking;
+  const double decoding = photos.seconds_decoding();
 
   PhotoScene scene;
   scene.sheet = SheetOf(*level, *known.index);
@@ -437,6 +441,7 @@ PhotoShadingStats PhotographShader::Shade(const std::shared_ptr<const Level>& le
   if (!impl_->device_lost.empty()) {
     stats.warnings.push_back("the photographs are looked up on the CPU: " + impl_->device_lost);
   }
+  stats.seconds_once = seconds_once + photos.seconds_decoding() - decoding;
   stats.seconds = watch.Seconds();
   return stats;
 }

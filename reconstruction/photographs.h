@@ -48,6 +48,8 @@ struct PhotoShadingStats {
   std::uint64_t photos_used = 0;
   std::uint64_t photos_unreadable = 0;
   double seconds = 0;
+  double seconds_once = 0;  // of these, for what further pictures find there: exposures, depth
+                            // maps, photographs in memory
   std::vector<std::string> warnings;
 };
 

@@ -235,7 +235,7 @@ int RunCompare(const Options& options, const Environment& environment) {
          stats.rays > 0
              ? FormatShare(static_cast<double>(stats.hits) / static_cast<double>(stats.rays))
              : "-",
-         FormatSeconds(stats.seconds_total), FormatBytes(panel.level.cloud_bytes + stats.bytes)});
+         FormatSeconds(stats.SecondsToDraw()), FormatBytes(panel.level.cloud_bytes + stats.bytes)});
   }
   Print(options.out + ": " + std::to_string(sheet.width) + "x" + std::to_string(sheet.height) +
         ", " + std::to_string(n) + (n == 1 ? " level" : " levels") + " in " +

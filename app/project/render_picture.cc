@@ -32,6 +32,7 @@ Frame PhotographRenderer::Render(const Scene& scene, const Camera& camera,
   const PhotoShadingStats stats =
       shader_->Shade(level_, scene.surface, camera, &frame, PartOf(control, 0.5, 1));
   frame.stats.seconds_total += stats.seconds;
+  frame.stats.seconds_prepare += stats.seconds_once;
   if (!settings.planes.depth) frame.depth = {};
   if (!settings.planes.normal) frame.normal = {};
   if (!settings.planes.id) frame.id = {};

@@ -183,7 +183,7 @@ std::vector<Figure> FiguresOf(const SheetPanel& panel, const SheetOptions& optio
           // Of the surface as it was built: other radii or thresholds make another one.
           {"Error, mean", error(level.error_mean)},
           {"Error, 95 %", error(level.error_p95)},
-          {"Render time", FormatSeconds(render.seconds_total)},
+          {"Render time", FormatSeconds(render.SecondsToDraw())},
           {"Memory", FormatBytes(level.cloud_bytes + render.bytes)}};
 }
 

@@ -84,6 +84,9 @@ struct ColorByVolume {
 };
 
 struct LightSurface {
+  static constexpr int kThreads = 128;
+  static constexpr int kBlocksPerMultiprocessor = 8;  // 64 registers
+
   SurfaceSamples samples;
   LightView light;
   const Vec3f* mapped;  // normals

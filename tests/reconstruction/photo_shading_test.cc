@@ -50,6 +50,8 @@ TEST_P(Shading, DetailFarFinerThanTheMetaballsIsThere) {
   EXPECT_EQ(stats.without_photo, 0u);
   EXPECT_EQ(stats.photos_used, 3u);
   EXPECT_TRUE(stats.warnings.empty());
+  EXPECT_GT(stats.seconds_once, 0.0);
+  EXPECT_LE(stats.seconds_once, stats.seconds);
   // Once more, from what is held, the same.
   Frame again = board.Render(camera);
   shader.Shade(board.level, {}, camera, &again);
