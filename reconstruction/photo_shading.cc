@@ -59,43 +59,32 @@ bool Blend(const Square& square, std::size_t i, Vec3f* color) {
   return n > 0;
 }
 
-// SheetView::ShareOf of all photographs at once: a list is quicker than a walk for each.
+// SheetView::ShareOf of all photographs at once: quicker than a walk for each.
 class PhotoShares {
  public:
-  explicit PhotoShares(const SheetView& sheet) : sheet_(sheet) {}
+  PhotoShares(const SheetView& sheet, std::size_t photos) : sheet_(sheet), seen_(photos, 0.0f) {}
 
   void Clear() {
-    shares_.clear();
+    for (const std::uint16_t photo : listed_) seen_[photo] = 0;
+    listed_.clear();
     total_ = 0;
   }
   void Add(std::uint32_t i, float weight) {
-    if (!sheet_.photo_begin) return;
+    if (!sheet_.photo_begin || !(weight > 0)) return;
     total_ += weight;
     for (std::uint32_t j = sheet_.photo_begin[i]; j < sheet_.photo_begin[i + 1]; ++j) {
       const std::uint16_t photo = sheet_.photo_idx[j];
-      const auto known = std::find_if(shares_.begin(), shares_.end(),
-                                      [&](const Share& share) { return share.photo == photo; });
-      if (known == shares_.end()) {
-        shares_.push_back({photo, weight});
-      } else {
-        known->seen += weight;
-      }
+      if (photo >= seen_.size()) continue;  // of another survey
+      if (seen_[photo] == 0) listed_.push_back(photo);
+      seen_[photo] += weight;
     }
   }
-  float Of(std::uint32_t photo) const {
-    for (const Share& share : shares_) {
-      if (share.photo == photo) return share.seen > 0 ? share.seen / total_ : 0;
-    }
-    return 0;
-  }
+  float Of(std::uint32_t photo) const { return seen_[photo] > 0 ? seen_[photo] / total_ : 0; }
 
  private:
-  struct Share {
-    std::uint16_t photo;
-    float seen;
-  };
   const SheetView& sheet_;
-  std::vector<Share> shares_;
+  std::vector<float> seen_;            // by photograph: weights of metaballs that list it
+  std::vector<std::uint16_t> listed_;  // photographs that are not 0 there
   float total_ = 0;
 };
 
@@ -258,7 +247,7 @@ void PhotographShader::Impl::Select(const PhotoScene& scene, const BackFaces& ba
   ParallelBlocks(
       square->pixel.size(), kBlock,
       [&](std::size_t begin, std::size_t end) {
-        PhotoShares shares(scene.sheet);
+        PhotoShares shares(scene.sheet, scene.camera.size());
         PhotoLookup chosen[kMostPhotos];
         for (std::size_t i = begin; i < end; ++i) {
           const std::uint32_t pixel = square->pixel[i];
