@@ -3,6 +3,9 @@
 #include <QHelpEvent>
 #include <QPainter>
 #include <QToolTip>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
 
 #include "app/desktop/theme.h"
 
@@ -54,12 +57,41 @@ int InfoStrip::rowHeight() const {
 
 QSize InfoStrip::sizeHint() const { return {360, rows_ * (rowHeight() + kMargin) + kMargin}; }
 
+qsizetype InfoStrip::columns() const {
+  return std::max<qsizetype>((fields_.size() + rows_ - 1) / rows_, 1);
+}
+
+QList<double> InfoStrip::columnWidths() const {
+  const QFontMetricsF small(captionFont(font())), metrics(font());
+  QList<double> widths(columns(), 0.0);
+  for (qsizetype i = 0; i < fields_.size(); ++i) {
+    double& width = widths[i % columns()];
+    width = std::max({width, std::ceil(small.horizontalAdvance(fields_[i].caption)) + kGap,
+                      std::ceil(metrics.horizontalAdvance(fields_[i].value)) + kGap});
+  }
+  const double room = width() - 2.0 * kPad;
+  const double wanted = std::accumulate(widths.begin(), widths.end(), 0.0);
+  for (double& width : widths) {
+    width = wanted > room ? width * room / wanted
+                          : width + (room - wanted) / static_cast<double>(widths.size());
+  }
+  return widths;
+}
+
+bool InfoStrip::showsAll() const {
+  const QFontMetricsF metrics(font());
+  for (qsizetype i = 0; i < fields_.size(); ++i) {
+    if (metrics.horizontalAdvance(fields_[i].value) > cell(i).width()) return false;
+  }
+  return true;
+}
+
 QRectF InfoStrip::cell(qsizetype index) const {
-  const qsizetype columns = std::max<qsizetype>((fields_.size() + rows_ - 1) / rows_, 1);
-  const double width = (this->width() - 2.0 * kPad) / static_cast<double>(columns);
-  const auto column = static_cast<double>(index % columns);
-  const auto row = static_cast<double>(index / columns);
-  return {kPad + width * column, kMargin + row * (rowHeight() + kMargin), width - kGap,
+  const QList<double> widths = columnWidths();
+  const qsizetype column = index % columns();
+  const auto row = static_cast<double>(index / columns());
+  const double left = std::accumulate(widths.begin(), widths.begin() + column, double{kPad});
+  return {left, kMargin + row * (rowHeight() + kMargin), widths[column] - kGap,
           static_cast<double>(rowHeight())};
 }
 

@@ -23,6 +23,8 @@ class InfoStrip : public QWidget {
   void setRows(int rows);
   // The value under a caption; empty when there is no such field.
   QString value(const QString& caption) const;
+  // Whether there is room for all of every figure.
+  bool showsAll() const;
 
   QSize sizeHint() const override;
   QSize minimumSizeHint() const override { return {100, sizeHint().height()}; }
@@ -33,6 +35,9 @@ class InfoStrip : public QWidget {
 
  private:
   int rowHeight() const;
+  qsizetype columns() const;
+  // As wide as their figures; what is left over is shared out, what is missing taken from all.
+  QList<double> columnWidths() const;
   QRectF cell(qsizetype index) const;
   QList<Field> fields_;
   int rows_ = 1;

@@ -156,10 +156,26 @@ void WindowTest::fourLinkedPanes() {
       QVERIFY2(!value.isEmpty() && value != QStringLiteral("–"), caption);
     }
   }
+  for (int i = 0; i < 4; ++i) QVERIFY(pane(i)->strip()->showsAll());
   QVERIFY(changedShare(picture(0), picture(3)) > 0.01);
   auto* device = window_->findChild<QLabel*>(QStringLiteral("device"));
   QVERIFY(!device->text().isEmpty());
   keep(window_.get(), QStringLiteral("four_linked_panes"));
+}
+
+void WindowTest::figuresTakeTheRoomTheyNeed() {
+  InfoStrip strip;
+  strip.setFields({{QStringLiteral("Hits"), QStringLiteral("4 %"), {}},
+                   {QStringLiteral("Error"), QStringLiteral("0.00103 units"), {}},
+                   {QStringLiteral("Device"), QStringLiteral("CPU"), {}}});
+  int narrowest = 40;
+  for (strip.resize(narrowest, 40); !strip.showsAll(); strip.resize(narrowest, 40)) {
+    QVERIFY(++narrowest < 1000);
+  }
+  // Columns of one width would need three times the longest.
+  QVERIFY(narrowest < 3 * strip.fontMetrics().horizontalAdvance(QStringLiteral("0.00103 units")));
+  strip.resize(narrowest + 200, 40);
+  QVERIFY(strip.showsAll());
 }
 
 void WindowTest::opensABareCloud() {

@@ -32,6 +32,7 @@ class WindowTest : public QObject {
   void emptyWindow();
   void importByDialog();
   void fourLinkedPanes();
+  void figuresTakeTheRoomTheyNeed();
   void opensABareCloud();
   void offersLevelsForAPointCloud();
   void opensWhatIsDropped();
