@@ -3,11 +3,10 @@
 #include <array>
 #include <cstddef>
 #include <cstring>
-#include <string>
 
 namespace sherd {
 
-std::uint64_t DigestOf(const Level& level, const Surface& surface) {
+std::uint64_t DigestOf(const Level& level) {
   std::uint64_t hash = 0xcbf29ce484222325ull;
   const auto add = [&](const void* data, std::size_t bytes) {
     const auto* p = static_cast<const unsigned char*>(data);
@@ -32,13 +31,10 @@ std::uint64_t DigestOf(const Level& level, const Surface& surface) {
   add_all(level.depth);
   add_all(level.photo_begin);
   add_all(level.photo_idx);
-  const std::array<double, 8> numbers = {cloud.frame.origin.x, cloud.frame.origin.y,
+  const std::array<double, 6> numbers = {cloud.frame.origin.x, cloud.frame.origin.y,
                                          cloud.frame.origin.z, cloud.frame.unit,
-                                         cloud.uniform_radius, surface.threshold,
-                                         surface.radius_scale, static_cast<double>(surface.mode)};
+                                         cloud.uniform_radius, level.stats.spacing};
   add(numbers.data(), sizeof(numbers));
-  const std::string density = TextOf(surface.density);
-  add(density.data(), density.size());
   return hash;
 }
 

@@ -92,7 +92,7 @@ class PhotoShares {
 struct KnownLevel {
   std::uint64_t id = 0;        // of no other
   std::uint64_t sheet_id = 0;  // of other surfaces of the same level as well
-  std::uint64_t digest = 0;    // DigestOf
+  std::uint64_t digest = 0;    // of the level
   std::weak_ptr<const Level> level;
   Surface surface;
   std::unique_ptr<SurfaceDepths> depths;
@@ -141,11 +141,13 @@ KnownLevel& PhotographShader::Impl::Known(const std::shared_ptr<const Level>& le
   });
   if (found != known.end()) return to_front(found);
   // A level that was read anew is the one of before.
-  const std::uint64_t digest = DigestOf(*level, surface);
+  auto other = std::find_if(known.begin(), known.end(), is_level);
+  const std::uint64_t digest = other != known.end() ? other->digest : DigestOf(*level);
+  const auto is_equal = [&](const KnownLevel& k) { return k.digest == digest; };
   found = std::find_if(known.begin(), known.end(),
-                       [&](const KnownLevel& k) { return k.digest == digest; });
+                       [&](const KnownLevel& k) { return is_equal(k) && k.surface == surface; });
   if (found != known.end()) return to_front(found);
-  const auto other = std::find_if(known.begin(), known.end(), is_level);
+  other = std::find_if(known.begin(), known.end(), is_equal);
   KnownLevel added;
   added.id = ++levels_known;
   added.digest = digest;

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <utility>
 
-#include "datasets_synthetic/peer_scenes.h"
 #include "metaball/appearance/light_view.h"
 #include "metaball/parallel.h"
 #include "metaball/photo/filter.h"
@@ -86,8 +85,11 @@ PhotoPyramid MakeNoisePhoto(int width, int height, int finest, std::uint32_t see
 }
 
 PhotoField::PhotoField(const PhotoFieldOptions& options)
-    : scene_(MakeHeightField(options.metaballs, options.width, options.height).scene),
-      camera_(MakeHeightField(options.metaballs, options.width, options.height).camera),
+    : PhotoField(options, MakeHeightField(options.metaballs, options.width, options.height)) {}
+
+PhotoField::PhotoField(const PhotoFieldOptions& options, PeerScene field)
+    : scene_(std::move(field.scene)),
+      camera_(field.camera),
       index_(*scene_.cloud, 0.0f, SheetView::kWidening) {
   const Cloud& cloud = *scene_.cloud;
   const auto photos = static_cast<std::uint32_t>(options.photos);
@@ -169,7 +171,6 @@ void PhotoField::Fetch(std::span<const PhotoRequest> requests,
                        const std::function<void(std::size_t i, const PhotoPyramid* pyramid)>& visit,
                        const Control&) {
   for (std::size_t i = 0; i < requests.size(); ++i) {
-    ++fetched_;
     visit(i, &pyramids_[requests[i].photo]);
   }
 }

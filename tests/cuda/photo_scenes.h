@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "datasets_synthetic/peer_scenes.h"
 #include "metaball/camera.h"
 #include "metaball/frame.h"
 #include "metaball/photo/photo_shader.h"
@@ -42,12 +43,13 @@ class PhotoField final : public PhotoPixels {
   void Fetch(std::span<const PhotoRequest> requests,
              const std::function<void(std::size_t i, const PhotoPyramid* pyramid)>& visit,
              const Control& control) override;
-  std::uint64_t fetched() const { return fetched_; }  // photographs so far
 
   // PhotoShader::Shade as its formulas say, pixel by pixel. Not for fields with holes.
   void ShadePlainly(Frame* frame) const;
 
  private:
+  PhotoField(const PhotoFieldOptions& options, PeerScene field);
+
   Scene scene_;
   Camera camera_;
   SupportIndex index_;
@@ -64,7 +66,6 @@ class PhotoField final : public PhotoPixels {
   std::vector<Vec3f> gains_;
   std::vector<std::uint32_t> candidates_;
   PhotoScene photo_scene_;
-  std::uint64_t fetched_ = 0;
 };
 
 }  // namespace sherd
