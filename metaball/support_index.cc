@@ -46,8 +46,9 @@ SupportIndex::SupportIndex(const Cloud& cloud, float margin, float widening) {
     }
   };
   // Count, place, fill.
+  // Metaballs that make a surface fill a tenth as many cells; where they lie apart, the table grows.
   std::size_t capacity = 1024;
-  while (capacity < 4 * cloud.size()) capacity *= 2;
+  while (capacity < cloud.size() / 4) capacity *= 2;
   table_.resize(capacity);
   std::size_t used = 0;
   std::uint64_t total = 0;
