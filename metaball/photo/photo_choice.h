@@ -94,8 +94,10 @@ class PhotoOrder {
       const PhotoCamera& camera = photos_.camera[photo];
       if (!camera.usable) continue;
       const Vec3d way = camera.center - position_;
+      const double facing = Dot(way, normal_);
+      if (!(facing > 0)) continue;
       const double distance = Length(way);
-      if (!(Dot(way, normal_) > kLeastCosine * distance)) continue;
+      if (!(facing > kLeastCosine * distance)) continue;
       const Direction direction{Dot(way, to_viewer_) / distance, photo};
       if (!from_start && !last_.IsBefore(direction)) continue;
       int place = held_ < kHeld ? held_++ : kHeld;

@@ -52,9 +52,9 @@ struct SheetView {
     for (const std::uint32_t* i = range.begin; i != range.end; ++i) {
       const Vec3f d = local - center[*i];
       const float r = kWidening * RadiusOf(*i);
-      const float u = Dot(d, d) / (r * r);
-      if (!(u < 1)) continue;
-      const float weight = ShapeValue(DensityShape{}, u);
+      const float d2 = Dot(d, d), r2 = r * r;
+      if (!(d2 < r2)) continue;
+      const float weight = ShapeValue(DensityShape{}, d2 / r2);
       any = any || weight > 0;
       visit(*i, weight);
     }
