@@ -46,7 +46,8 @@ SupportIndex::SupportIndex(const Cloud& cloud, float margin, float widening) {
     }
   };
   // Count, place, fill.
-  // Metaballs that make a surface fill a tenth as many cells; where they lie apart, the table grows.
+  // Metaballs that make a surface fill a tenth as many cells; where they lie apart, the table
+  // grows.
   std::size_t capacity = 1024;
   while (capacity < cloud.size() / 4) capacity *= 2;
   table_.resize(capacity);
