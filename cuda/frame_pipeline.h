@@ -130,12 +130,17 @@ class FramePipeline {
                       const Control& control, Frame* frame) {
     const RenderStats before = frame->stats;
     const std::uint64_t pixel_bytes = BytesPerPixel(scene, settings);
-    most_pixels_ = std::min<std::uint64_t>(frame->color.size(), KnownLimit(scene, pixel_bytes));
+    const std::uint64_t tried =
+        std::min<std::uint64_t>(frame->color.size(), KnownLimit(scene, pixel_bytes));
+    most_pixels_ = tried;
     for (bool again = false;; again = true) {
       region_pixels_ = most_pixels_;
       try {
         RenderAll(scene, camera, settings, control, frame);
-        if (most_pixels_ < frame->color.size()) Remember(scene, pixel_bytes);
+        if (most_pixels_ < tried) {
+          const std::uint64_t room = Room();
+          limit_ = {CloudVersion(scene.cloud), most_pixels_ * pixel_bytes, room + room / 8};
+        }
         return;
       } catch (const ResourceError&) {
         // Buffers of earlier frames, of other sizes, may hold what this one needs; and what a part
@@ -157,11 +162,6 @@ class FramePipeline {
     if (limit_ && !(limit_->cloud.Is(scene.cloud) && Room() <= limit_->room)) limit_.reset();
     if (!limit_) return std::numeric_limits<std::uint64_t>::max();
     return std::max<std::uint64_t>(kernels::kTileRays, limit_->bytes / pixel_bytes);
-  }
-  void Remember(const Scene& scene, std::uint64_t pixel_bytes) {
-    const std::uint64_t room = Room(), bytes = most_pixels_ * pixel_bytes;
-    const bool known = limit_ && bytes >= limit_->bytes / pixel_bytes * pixel_bytes;
-    if (!known) limit_ = Limit{CloudVersion(scene.cloud), bytes, room + room / 8};
   }
   static std::uint64_t BytesPerPixel(const Scene& scene, const RenderSettings& settings) {
     const auto n = static_cast<std::uint64_t>(settings.supersample);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <numeric>
 #include <span>
 #include <string>
@@ -68,8 +69,13 @@ class PhotoTiles {
       throw ResourceError("the photographs have more tiles than can be numbered", tiles,
                           kernels::TileState::kWanted);
     }
+    with_tiles_.clear();
+    for (std::size_t i = 0; i < photos_.size(); ++i) {
+      if (photos_[i].coarsest >= 0) with_tiles_.push_back(i);
+    }
     free_.resize(slot_tile_.size());
     std::iota(free_.begin(), free_.end(), 0u);
+    std::ranges::fill(slot_tile_, kFree);
     machine->ResizeExactly(&state_, tiles, "tiles");
     machine->Fill(&state_, tiles, 0, "tiles", [](std::size_t) {
       return kernels::TileState{kernels::TileState::kNone, 0};
@@ -128,6 +134,7 @@ class PhotoTiles {
   using Buffer = typename Machine::template Buffer<T>;
 
   static constexpr std::size_t kStagedTiles = 128;
+  static constexpr std::uint32_t kFree = kernels::TileState::kNone;
   static constexpr std::uint64_t kMostSlots = (std::uint64_t{1} << 21) - 1;  // 24 GiB; lists of
                                                                              // them go as one row
 
@@ -152,17 +159,8 @@ class PhotoTiles {
   }
   std::size_t PhotoOf(std::uint32_t tile) const {
     // The last that begins at the tile or before; those without tiles begin nowhere.
-    std::size_t found = 0;
-    for (std::size_t lo = 0, hi = with_tiles_.size(); lo < hi;) {
-      const std::size_t middle = (lo + hi) / 2;
-      if (photos_[with_tiles_[middle]].level[0].first_tile <= tile) {
-        found = with_tiles_[middle];
-        lo = middle + 1;
-      } else {
-        hi = middle;
-      }
-    }
-    return found;
+    const auto first_tile = [this](std::size_t i) { return photos_[i].level[0].first_tile; };
+    return *std::prev(std::ranges::upper_bound(with_tiles_, tile, {}, first_tile));
   }
   // Of the photograph's tiles.
   static int LevelOf(const kernels::TiledPhoto& photo, std::uint32_t tile) {
@@ -172,10 +170,6 @@ class PhotoTiles {
   }
 
   void UploadPhotos(Machine* machine) {
-    with_tiles_.clear();
-    for (std::size_t i = 0; i < photos_.size(); ++i) {
-      if (photos_[i].coarsest >= 0) with_tiles_.push_back(i);
-    }
     machine->ResizeExactly(&photo_, photos_.size(), "tiles");
     machine->Upload(&photo_, 0, photos_.data(), photos_.size());
   }
@@ -203,10 +197,8 @@ class PhotoTiles {
   // tiles of this round.
   bool Evict(std::size_t count, Machine* machine) {
     std::vector<std::uint32_t> slots, tiles;
-    std::vector<bool> is_free(slot_tile_.size(), false);
-    for (const std::uint32_t slot : free_) is_free[slot] = true;
     for (std::uint32_t slot = 0; slot < slot_tile_.size(); ++slot) {
-      if (is_free[slot]) continue;
+      if (slot_tile_[slot] == kFree) continue;
       slots.push_back(slot);
       tiles.push_back(slot_tile_[slot]);
     }
@@ -231,7 +223,10 @@ class PhotoTiles {
     for (auto it = order.begin(); it != last; ++it) dropped.push_back(tiles[*it]);
     UploadList(dropped, machine);
     machine->ForEach("DropTiles", dropped.size(), kernels::DropTiles{list_.data(), state_.data()});
-    for (auto it = order.begin(); it != last; ++it) free_.push_back(slots[*it]);
+    for (auto it = order.begin(); it != last; ++it) {
+      free_.push_back(slots[*it]);
+      slot_tile_[slots[*it]] = kFree;
+    }
     return true;
   }
 
@@ -317,7 +312,7 @@ class PhotoTiles {
     chunks_.push_back(std::move(chunk));
     for (std::uint64_t i = 0; i < chunk_tiles; ++i) {
       free_.push_back(static_cast<std::uint32_t>(slot_tile_.size()));
-      slot_tile_.push_back(0);
+      slot_tile_.push_back(kFree);
     }
   }
 
@@ -328,7 +323,7 @@ class PhotoTiles {
   std::vector<LevelSize> sizes_;
   std::vector<kernels::TiledPhoto> photos_;
   std::vector<std::size_t> with_tiles_;
-  // The pool: what tile a slot holds that is not free.
+  // The pool: what tile each slot holds, and those that are kFree.
   std::vector<Buffer<Rgb8>> chunks_;
   std::vector<std::uint32_t> slot_tile_, free_;
   // What the kernels read and write.

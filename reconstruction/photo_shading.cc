@@ -43,8 +43,6 @@ struct Square {
   std::vector<char> there;          // false for one whose photograph cannot be read
 };
 
-Vec3f Times(const Vec3f& a, const Vec3f& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
-
 // The colour that the lookups of hit i make; false without any.
 bool Blend(const Square& square, std::size_t i, Vec3f* color) {
   float weight[kMostPhotos];
@@ -292,12 +290,10 @@ void PhotographShader::Impl::Sample(Square* square, const Control& control) {
   photos.Visit(
       square->lookups, "projecting the photographs",
       [&](std::size_t i, const PhotoPyramid& pyramid) {
-        PhotoColors& colors = square->colors[i];
-        colors = SampleColors(pyramid, square->lookups[i]);
+        const PhotoLookup& lookup = square->lookups[i];
+        const PhotoColors colors = SampleColors(pyramid, lookup);
+        square->colors[i] = gain.empty() ? colors : WithGain(colors, gain[lookup.photo]);
         square->there[i] = 1;
-        if (gain.empty()) return;
-        const Vec3f& g = gain[square->lookups[i].photo];
-        colors = {Times(colors.footprint, g), Times(colors.surroundings, g)};
       },
       control);
 }

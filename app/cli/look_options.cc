@@ -25,7 +25,7 @@ DeviceChoice LookOptions::Device() const {
   return GpuChoice(device);
 }
 
-PhotoShadingOptions LookOptions::PhotoOptions(const Survey& survey) const {
+PhotographShader LookOptions::Photographs(const Survey& survey, Renderer* renderer) const {
   PhotoShadingOptions options;
   options.memory_mb = static_cast<int>(ValueOf("photo-memory", photo_memory));
   for (const std::string& name : leave_out) {
@@ -33,11 +33,7 @@ PhotoShadingOptions LookOptions::PhotoOptions(const Survey& survey) const {
   }
   options.even_exposures = !as_shot;
   options.show_unseen = show_unseen;
-  return options;
-}
-
-PhotographShader LookOptions::Photographs(const Survey& survey, Renderer* renderer) const {
-  PhotographShader shader = MakePhotographShader(survey, renderer, PhotoOptions(survey));
+  PhotographShader shader = MakePhotographShader(survey, renderer, options);
   // What photographs see is compared with to less than a pixel: not by a coarser level, nor by a
   // method that is there to be compared with.
   if (level_of_detail || ParseMethod(method) != Method::kOurs) shader.DrawWith(nullptr);

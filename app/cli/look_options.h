@@ -39,9 +39,8 @@ struct LookOptions {
   bool photo_colors() const { return color == "photo"; }
   // Photographs are needed, for the camera or for the colours.
   bool needs_survey() const { return photo_colors() || !photo.empty(); }
-  // How the photographs are looked up. Throws InputError for a photograph that does not exist.
-  PhotoShadingOptions PhotoOptions(const Survey& survey) const;
-  // A shader so made that works where `renderer`, one of RendererOf, draws. Both must outlive it.
+  // A shader as the options say that works where `renderer`, one of RendererOf, draws. Both must
+  // outlive it. Throws InputError for a photograph that does not exist.
   PhotographShader Photographs(const Survey& survey, Renderer* renderer) const;
   // Throws InputError where an option for photographs' colours is given without them.
   void CheckPhotoOptions() const;

@@ -57,15 +57,12 @@ int InfoStrip::rowHeight() const {
 
 QSize InfoStrip::sizeHint() const { return {360, rows_ * (rowHeight() + kMargin) + kMargin}; }
 
-qsizetype InfoStrip::columns() const {
-  return std::max<qsizetype>((fields_.size() + rows_ - 1) / rows_, 1);
-}
-
-QList<double> InfoStrip::columnWidths() const {
+QList<QRectF> InfoStrip::cells() const {
+  const qsizetype columns = std::max<qsizetype>((fields_.size() + rows_ - 1) / rows_, 1);
   const QFontMetricsF small(captionFont(font())), metrics(font());
-  QList<double> widths(columns(), 0.0);
+  QList<double> widths(columns, 0.0);
   for (qsizetype i = 0; i < fields_.size(); ++i) {
-    double& width = widths[i % columns()];
+    double& width = widths[i % columns];
     width = std::max({width, std::ceil(small.horizontalAdvance(fields_[i].caption)) + kGap,
                       std::ceil(metrics.horizontalAdvance(fields_[i].value)) + kGap});
   }
@@ -73,26 +70,28 @@ QList<double> InfoStrip::columnWidths() const {
   const double wanted = std::accumulate(widths.begin(), widths.end(), 0.0);
   for (double& width : widths) {
     width = wanted > room ? width * room / wanted
-                          : width + (room - wanted) / static_cast<double>(widths.size());
+                          : width + (room - wanted) / static_cast<double>(columns);
   }
-  return widths;
+  QList<QRectF> cells;
+  double left = kPad;
+  for (qsizetype i = 0; i < fields_.size(); ++i) {
+    const qsizetype column = i % columns;
+    if (column == 0) left = kPad;
+    const auto row = static_cast<double>(i / columns);
+    cells.append({left, kMargin + row * (rowHeight() + kMargin), widths[column] - kGap,
+                  static_cast<double>(rowHeight())});
+    left += widths[column];
+  }
+  return cells;
 }
 
 bool InfoStrip::showsAll() const {
   const QFontMetricsF metrics(font());
+  const QList<QRectF> areas = cells();
   for (qsizetype i = 0; i < fields_.size(); ++i) {
-    if (metrics.horizontalAdvance(fields_[i].value) > cell(i).width()) return false;
+    if (metrics.horizontalAdvance(fields_[i].value) > areas[i].width()) return false;
   }
   return true;
-}
-
-QRectF InfoStrip::cell(qsizetype index) const {
-  const QList<double> widths = columnWidths();
-  const qsizetype column = index % columns();
-  const auto row = static_cast<double>(index / columns());
-  const double left = std::accumulate(widths.begin(), widths.begin() + column, double{kPad});
-  return {left, kMargin + row * (rowHeight() + kMargin), widths[column] - kGap,
-          static_cast<double>(rowHeight())};
 }
 
 void InfoStrip::paintEvent(QPaintEvent*) {
@@ -100,8 +99,9 @@ void InfoStrip::paintEvent(QPaintEvent*) {
   painter.fillRect(rect(), theme::kWindow);
   const QFont small = captionFont(font());
   const QFontMetricsF small_metrics(small), metrics(font());
+  const QList<QRectF> areas = cells();
   for (qsizetype i = 0; i < fields_.size(); ++i) {
-    const QRectF area = cell(i);
+    const QRectF& area = areas[i];
     painter.setFont(small);
     painter.setPen(theme::kDim);
     painter.drawText(QPointF(area.left(), area.top() + small_metrics.ascent()),
@@ -116,8 +116,9 @@ void InfoStrip::paintEvent(QPaintEvent*) {
 bool InfoStrip::event(QEvent* event) {
   if (event->type() == QEvent::ToolTip) {
     auto* help = static_cast<QHelpEvent*>(event);
+    const QList<QRectF> areas = cells();
     for (qsizetype i = 0; i < fields_.size(); ++i) {
-      if (!cell(i).contains(help->pos())) continue;
+      if (!areas[i].contains(help->pos())) continue;
       const Field& field = fields_[i];
       QToolTip::showText(
           help->globalPos(),

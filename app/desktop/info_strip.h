@@ -35,10 +35,9 @@ class InfoStrip : public QWidget {
 
  private:
   int rowHeight() const;
-  qsizetype columns() const;
-  // As wide as their figures; what is left over is shared out, what is missing taken from all.
-  QList<double> columnWidths() const;
-  QRectF cell(qsizetype index) const;
+  // One a field. Columns are as wide as their figures; what is left over is shared out, what is
+  // missing taken from all.
+  QList<QRectF> cells() const;
   QList<Field> fields_;
   int rows_ = 1;
 };

@@ -2,6 +2,7 @@
 // formulas are those of metaball/photo/.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -72,8 +73,8 @@ struct SumRims {
     const int y0 = static_cast<int>(cell / rim.width) * 2;
     const int width = planes.camera.width, height = planes.camera.height;
     RimCell sum;
-    for (int y = y0; y < (y0 + 2 < height ? y0 + 2 : height); ++y) {
-      for (int x = x0; x < (x0 + 2 < width ? x0 + 2 : width); ++x) {
+    for (int y = y0; y < std::min(y0 + 2, height); ++y) {
+      for (int x = x0; x < std::min(x0 + 2, width); ++x) {
         const std::size_t i = static_cast<std::size_t>(y) * width + x;
         if (facing[i] != Facing::kFront || !IsBesideABack(x, y)) continue;
         sum.Add(RimOf(sheet, planes.RayOf(x, y), planes.depth[i], planes.id[i], planes.normal[i]),

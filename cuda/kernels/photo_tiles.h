@@ -129,9 +129,7 @@ struct SamplePhotos {
       return;
     }
     if (LoadRelaxed(&looked_into[lookup.photo]) == 0) StoreRelaxed(&looked_into[lookup.photo], 1);
-    const Vec3f g = gain ? gain[lookup.photo] : Vec3f{1, 1, 1};
-    colors[i] = {{c.footprint.x * g.x, c.footprint.y * g.y, c.footprint.z * g.z},
-                 {c.surroundings.x * g.x, c.surroundings.y * g.y, c.surroundings.z * g.z}};
+    colors[i] = gain ? WithGain(c, gain[lookup.photo]) : c;
   }
 
   // The rest of a pixel's count says what it is (photo_colors.h).

@@ -21,6 +21,12 @@ struct PhotoColors {
   Vec3f footprint{}, surroundings{};
 };
 
+// The colours of a photograph whose exposure is evened out; gain: factors by channel.
+SHERD_HD PhotoColors WithGain(const PhotoColors& c, const Vec3f& gain) {
+  return {{c.footprint.x * gain.x, c.footprint.y * gain.y, c.footprint.z * gain.z},
+          {c.surroundings.x * gain.x, c.surroundings.y * gain.y, c.surroundings.z * gain.z}};
+}
+
 // 2^-level; level in [0, 31].
 SHERD_HD float LevelScale(int level) {
   return 1.0f / static_cast<float>(std::uint32_t{1} << level);

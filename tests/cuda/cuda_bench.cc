@@ -27,7 +27,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <functional>
-#include <iostream>
 #include <map>
 #include <new>
 #include <optional>
@@ -39,6 +38,7 @@
 #include "bench_options.h"
 #include "cuda/renderers.h"
 #include "datasets_synthetic/peer_scenes.h"
+#include "exit_code.h"
 #include "feature_bench.h"
 #include "json_writer.h"
 #include "metaball/error.h"
@@ -218,13 +218,6 @@ int Run(const Options& options) {
 }  // namespace sherd
 
 int main(int argc, char** argv) {
-  try {
-    return sherd::Run(sherd::ParseOptions(argc, argv));
-  } catch (const std::invalid_argument& error) {
-    std::cerr << "sherd_cuda_bench: " << error.what() << "\n";
-    return 2;
-  } catch (const std::exception& error) {
-    std::cerr << "sherd_cuda_bench: " << error.what() << "\n";
-    return 1;
-  }
+  return sherd::ExitCodeOf("sherd_cuda_bench",
+                           [&] { return sherd::Run(sherd::ParseOptions(argc, argv)); });
 }

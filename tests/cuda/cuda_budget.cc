@@ -9,7 +9,6 @@
 #include <bit>
 #include <cstdint>
 #include <cstdio>
-#include <iostream>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -19,6 +18,7 @@
 #include "cuda/host_loop.h"
 #include "cuda/kernels/binning.h"
 #include "datasets_synthetic/peer_scenes.h"
+#include "exit_code.h"
 #include "json_writer.h"
 #include "metaball/atomic_file.h"
 
@@ -145,13 +145,6 @@ int Run(const BenchOptions& options) {
 }  // namespace sherd
 
 int main(int argc, char** argv) {
-  try {
-    return sherd::Run(sherd::ParseBenchOptions(argc, argv));
-  } catch (const std::invalid_argument& error) {
-    std::cerr << "sherd_cuda_budget: " << error.what() << "\n";
-    return 2;
-  } catch (const std::exception& error) {
-    std::cerr << "sherd_cuda_budget: " << error.what() << "\n";
-    return 1;
-  }
+  return sherd::ExitCodeOf("sherd_cuda_budget",
+                           [&] { return sherd::Run(sherd::ParseBenchOptions(argc, argv)); });
 }

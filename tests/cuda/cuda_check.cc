@@ -14,7 +14,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
-#include <iostream>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -24,6 +23,7 @@
 #include "backends.h"
 #include "bench_options.h"
 #include "cuda/renderers.h"
+#include "exit_code.h"
 #include "feature_check.h"
 #include "json_writer.h"
 #include "metaball/frame_difference.h"
@@ -283,13 +283,6 @@ int Run(const Options& options) {
 }  // namespace sherd
 
 int main(int argc, char** argv) {
-  try {
-    return sherd::Run(sherd::ParseOptions(argc, argv));
-  } catch (const std::invalid_argument& error) {
-    std::cerr << "sherd_cuda_check: " << error.what() << "\n";
-    return 2;
-  } catch (const std::exception& error) {
-    std::cerr << "sherd_cuda_check: " << error.what() << "\n";
-    return 1;
-  }
+  return sherd::ExitCodeOf("sherd_cuda_check",
+                           [&] { return sherd::Run(sherd::ParseOptions(argc, argv)); });
 }

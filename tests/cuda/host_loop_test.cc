@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -13,6 +12,7 @@
 
 #include "datasets_synthetic/peer_scenes.h"
 #include "metaball/error.h"
+#include "picture_difference.h"
 #include "scenes.h"
 
 namespace sherd {
@@ -25,10 +25,6 @@ RenderSettings AllPlanes(int supersample = 1) {
   return settings;
 }
 
-template <class T>
-bool SameBytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
-}
 bool SameFrame(const Frame& a, const Frame& b) {
   return SameBytes(a.color, b.color) && SameBytes(a.depth, b.depth) &&
          SameBytes(a.normal, b.normal) && SameBytes(a.id, b.id);

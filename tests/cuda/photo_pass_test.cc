@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -13,16 +12,14 @@
 #include "metaball/error.h"
 #include "metaball/photo/photo_choice.h"
 #include "photo_scenes.h"
+#include "picture_difference.h"
 
 namespace sherd {
 namespace {
 
 constexpr std::uint64_t kTile = 64 * 64 * 3;
 
-bool SameColors(const Frame& a, const Frame& b) {
-  return a.color.size() == b.color.size() &&
-         std::memcmp(a.color.data(), b.color.data(), a.color.size() * sizeof(Pixel)) == 0;
-}
+bool SameColors(const Frame& a, const Frame& b) { return SameBytes(a.color, b.color); }
 
 TEST(PhotoPass, GivesTheFormulasColorsHoweverSmallThePool) {
   PhotoField field({});

@@ -197,11 +197,8 @@ void PhotoField::ShadePlainly(Frame* frame) const {
       PhotoColors colors[kMostPhotos];
       for (int k = 0; k < n; ++k) {
         const std::uint32_t photo = lookups[k].photo;
-        const Vec3f& g = gains_[photo];
-        const PhotoColors c = SampleColors(pyramids_[photo], lookups[k]);
         weight[k] = lookups[k].weight;
-        colors[k] = {{c.footprint.x * g.x, c.footprint.y * g.y, c.footprint.z * g.z},
-                     {c.surroundings.x * g.x, c.surroundings.y * g.y, c.surroundings.z * g.z}};
+        colors[k] = WithGain(SampleColors(pyramids_[photo], lookups[k]), gains_[photo]);
       }
       const Vec3f c = ColorInLight(BlendPhotos(weight, colors, n), frame->light[i]);
       pixel = {c.x * pixel.a, c.y * pixel.a, c.z * pixel.a, pixel.a};

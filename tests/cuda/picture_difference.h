@@ -2,11 +2,19 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 #include <string>
+#include <vector>
 
 #include "metaball/frame.h"
 
 namespace sherd {
+
+// Equal to the byte.
+template <class T>
+bool SameBytes(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+}
 
 struct PictureTolerance {
   float color = 0.01f;  // of a component, linear

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -17,6 +16,7 @@
 #include "metaball/error.h"
 #include "metaball/local_view.h"
 #include "metaball/moving.h"
+#include "picture_difference.h"
 #include "scenes.h"
 
 namespace sherd {
@@ -29,10 +29,6 @@ RenderSettings AllPlanes(int supersample = 1) {
   return settings;
 }
 
-template <class T>
-bool SameBytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
-}
 void ExpectSame(const Frame& a, const Frame& b, const std::string& what) {
   EXPECT_TRUE(SameBytes(a.color, b.color)) << what;
   EXPECT_TRUE(SameBytes(a.depth, b.depth)) << what;

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <memory>
 #include <mutex>
+#include <semaphore>
 #include <string>
 #include <thread>
 #include <vector>
@@ -17,7 +18,7 @@ namespace sherd {
 
 class FakeRendererLog {
  public:
-  std::atomic<int> holding{0};  // pictures that began to last until stopped
+  std::counting_semaphore<> holding{0};  // released by pictures that begin to last until stopped
   std::atomic<int> cancelled{0};
   std::mutex gate;                                 // pictures begin when it can be taken
   std::atomic<QSize> hold_full_size{QSize(0, 0)};  // pictures of this size last until stopped
@@ -61,7 +62,7 @@ class FakeRenderer : public Renderer {
     }
     if (!log_->fail_with.empty()) throw Error(log_->fail_with);
     if (log_->hold_full_size.load() == QSize(camera.width, camera.height)) {
-      ++log_->holding;
+      log_->holding.release();
       while (!control.stopped()) std::this_thread::yield();
       ++log_->cancelled;
       throw Cancelled();

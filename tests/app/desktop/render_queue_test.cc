@@ -6,6 +6,7 @@
 #include <QSignalSpy>
 #include <QTest>
 #include <atomic>
+#include <chrono>
 #include <vector>
 
 #include "metaball/error.h"
@@ -93,7 +94,7 @@ TEST_F(RenderQueueTest, ANewViewStopsARefinement) {
   QSignalSpy views(&queue, &RenderQueue::viewRendered);
   const int pane = queue.addPane();
   queue.request(pane, RequestFor(level_));
-  ASSERT_TRUE(QTest::qWaitFor([this] { return log_->holding > 0; }, kWaitMs));
+  ASSERT_TRUE(log_->holding.try_acquire_for(std::chrono::milliseconds(kWaitMs)));
   EXPECT_EQ(log_->cancelled.load(), 0);
   log_->hold_full_size = {0, 0};
   queue.request(pane, RequestFor(level_));
@@ -201,7 +202,7 @@ TEST_F(RenderQueueTest, EndsWhileDrawing) {
   {
     RenderQueue queue(FakeRendererFactory(log_));
     queue.request(queue.addPane(), RequestFor(level_));
-    ASSERT_TRUE(QTest::qWaitFor([this] { return log_->holding > 0; }, kWaitMs));
+    ASSERT_TRUE(log_->holding.try_acquire_for(std::chrono::milliseconds(kWaitMs)));
   }
   EXPECT_EQ(log_->cancelled.load(), 1);
 }
